@@ -1,0 +1,1 @@
+//! The harness: loads the FMU, compares it with measurements and finds the missing effect.

@@ -1,0 +1,2 @@
+//! The command `stickslip`.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Stick-slip beam.
