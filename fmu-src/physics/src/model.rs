@@ -377,8 +377,14 @@ impl Model {
     pub fn project_on_stick(&self, t: f64, x: &mut State) {
         let (_, velocity) = self.tip(x);
         let excess = velocity - self.inputs.belt_velocity_at(t) - self.belt_give(x).velocity;
+        self.push(-excess, x);
+    }
+
+    /// Changes the tip's velocity by `change` in m/s as an impulse at the tip would do: each mode takes
+    /// its share `(phi_j/m_j) / sum(phi^2/m)`.
+    pub fn push(&self, change: f64, x: &mut State) {
         for j in 0..self.mode_count {
-            x[2 * j + 1] -= excess * self.gain[j] / self.mobility;
+            x[2 * j + 1] += change * self.gain[j] / self.mobility;
         }
     }
 

@@ -5,7 +5,7 @@ use beam_physics::belt::Inputs;
 use beam_physics::contact::ContactMode;
 use beam_physics::integrate::MAX_STATES;
 use beam_physics::parameters::ModelParameters;
-use beam_physics::simulate::{Simulation, Start};
+use beam_physics::simulate::{DEFAULT_TOLERANCE, Simulation, Start};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -78,6 +78,6 @@ fn val_all_transitions_to_1e_9_s_at_tight_tolerance() {
 #[test]
 fn val_all_transitions_to_1e_6_s_at_default_tolerance() {
     for case in cases() {
-        assert!(worst_difference(&case, 1e-9) < 1e-6);
+        assert!(worst_difference(&case, DEFAULT_TOLERANCE) < 1e-6);
     }
 }
