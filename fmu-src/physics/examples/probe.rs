@@ -2,7 +2,7 @@ use beam_physics::{belt::Inputs, integrate::MAX_STATES, parameters::ModelParamet
 use std::time::Instant;
 fn main() {
     let cases: serde_json::Value = serde_json::from_str(&std::fs::read_to_string("/work/shared/design/golden_events.json").unwrap()).unwrap();
-    for tol in [1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 3e-14, 1e-14] {
+    for tol in [1e-9] {
         for i in [4, 7] {
         let c = &cases[i];
         let mut state = [0.0; MAX_STATES];
@@ -23,7 +23,7 @@ fn main() {
     for tol in [1e-9, 1e-7] {
         let mut best = f64::MAX;
         let mut st = Default::default();
-        for _ in 0..20 {
+        for _ in 0..200 {
             let t0 = Instant::now();
             let mut run = Simulation::new(&ModelParameters::default(), Inputs::constant(0.1, 100.0), &Start { state, ..Start::default() }, tol).unwrap();
             run.advance_to(2.0).unwrap();
@@ -32,7 +32,7 @@ fn main() {
         }
         println!("tol {tol:e} default 2 s: {:.3} ms {:?}", best * 1e3, st);
         let mut best = f64::MAX;
-        for _ in 0..20 {
+        for _ in 0..200 {
             let t0 = Instant::now();
             let mut run = Simulation::new(&ModelParameters::default(), Inputs::constant(0.1, 100.0), &Start { state, ..Start::default() }, tol).unwrap();
             let mut s = 0.0;

@@ -344,7 +344,34 @@ impl Model {
     /// integrator looks slightly beyond v_r = 0.
     #[inline]
     pub fn rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
-        self.evaluate(t, x, mode, rates);
+        if self.effects.is_empty() {
+            self.base_rates(t, x, mode, rates);
+        } else {
+            self.evaluate(t, x, mode, rates);
+        }
+    }
+
+    /// Rates of the reference model alone: the same operations as in `evaluate`, without the hooks.
+    #[inline]
+    fn base_rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
+        let (mut velocity, mut free) = (0.0, 0.0);
+        let mut acceleration = [0.0; MAX_MODES];
+        for j in 0..self.mode_count {
+            velocity += self.tip_value[j] * x[2 * j + 1];
+            acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
+            free += self.tip_value[j] * acceleration[j];
+        }
+        let force = if mode == ContactMode::Stuck {
+            (self.inputs.belt_acceleration - free) / self.mobility
+        } else {
+            let sign = mode.sign();
+            let speed = sign * (velocity - self.inputs.belt_velocity_at(t));
+            -sign * self.friction.coefficient(speed) * self.level * self.inputs.normal_force_at(t)
+        };
+        for j in 0..self.mode_count {
+            rates[2 * j] = x[2 * j + 1];
+            rates[2 * j + 1] = acceleration[j] + self.gain[j] * force;
+        }
     }
 
     /// Rates, and the friction force on the tip in N.

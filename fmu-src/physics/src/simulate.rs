@@ -137,6 +137,8 @@ pub struct Simulation {
     front_mode: ContactMode,
     segment: Segment,
     segment_mode: ContactMode,
+    /// The polynomials of a slip segment are worked out only once somebody looks at them.
+    segment_is_ready: bool,
     end: End,
     stepper: Dop853,
     stick_system: Option<LinearSystem>,
@@ -198,6 +200,7 @@ impl Simulation {
             front_mode: ContactMode::Stuck,
             segment: Segment::point(start.time, &start.state, model.dimension()),
             segment_mode: ContactMode::Stuck,
+            segment_is_ready: true,
             end: End::Smooth,
             stepper: Dop853::default(),
             stick_system: None,
@@ -281,6 +284,7 @@ impl Simulation {
         self.segment.degree = 0;
         self.segment.dimension = self.model.dimension();
         self.segment.coefficients[0] = x;
+        self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
         self.departed = false;
@@ -395,7 +399,17 @@ impl Simulation {
             }
         }
         self.time = t;
+        self.ready_segment();
         Ok(())
+    }
+
+    /// Works out the interpolant of the present segment.
+    fn ready_segment(&mut self) {
+        if !self.segment_is_ready {
+            let system = InMode { model: &self.model, mode: self.segment_mode };
+            self.stepper.segment(&system, &mut self.segment);
+            self.segment_is_ready = true;
+        }
     }
 
     /// Counts what the finished segment ended with.
@@ -472,11 +486,15 @@ impl Simulation {
             return Err(self.stalled());
         }
         self.statistics.slip_steps += 1;
-        self.stepper.segment(&system, &mut self.segment);
+        self.segment_is_ready = false;
+        self.segment.start = self.stepper.start;
+        self.segment.length = self.stepper.length;
+        self.segment.end = self.stepper.start + self.stepper.length;
         let end_time = self.segment.end;
         let end_gap = sign * self.model.relative_velocity(end_time, &self.stepper.x_end);
         let mut root = None;
         if self.may_return(sign, end_gap) {
+            self.ready_segment();
             let gap = self.gap_polynomial(sign);
             let degree = self.segment.degree;
             // From rest, v_r(0) = 0 is a root of its own that must not be found: divide it out.
@@ -620,6 +638,7 @@ impl Simulation {
             }
             self.stepper.segment(&system, &mut self.segment);
         }
+        self.segment_is_ready = true;
         self.statistics.stick_steps += 1;
         let root = if self.model.is_linear_in_stick() && self.model.keeps_limit_constant() {
             self.break_away_of_polynomial()
@@ -777,6 +796,10 @@ impl Simulation {
 
 /// The earliest of the two ways in which |force| can exceed `limit` on theta in (0, 1].
 fn earliest(force: &[f64], limit: f64) -> Option<f64> {
+    // Most pieces of stick stay far below the limit, which a sum of magnitudes proves.
+    if force.iter().map(|f| f.abs()).sum::<f64>() < limit {
+        return None;
+    }
     let mut gap = [0.0; MAX_DEGREE + 1];
     let n = force.len();
     let mut found: Option<f64> = None;

@@ -6,7 +6,7 @@ pub mod linear;
 pub mod roots;
 
 /// Most states a model may have; a multiple of [`LANES`].
-pub const MAX_STATES: usize = 32;
+pub const MAX_STATES: usize = 24;
 /// States are processed in groups of this size, so that the compiler can use vector instructions.
 pub const LANES: usize = 4;
 /// A state vector; entries beyond the dimension are zero.
