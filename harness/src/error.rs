@@ -35,7 +35,7 @@ pub enum Error {
         problem: String,
     },
     /// A number in campaign.toml that no rig can have.
-    #[error("{}{}: {key} = {value} {unit} is not possible; {rule}", path.display(), at_line(*line))]
+    #[error("{}{}: {key} = {} is not possible; {rule}", path.display(), at_line(*line), with_unit(*value, unit))]
     CampaignValue {
         /// The campaign file.
         path: PathBuf,
@@ -298,6 +298,14 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
 
 fn at_line(line: Option<usize>) -> String {
     line.map(|l| format!(":{l}")).unwrap_or_default()
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    if unit == "1" {
+        value.to_string()
+    } else {
+        format!("{value} {unit}")
+    }
 }
 
 fn quoted(names: &[String]) -> String {
