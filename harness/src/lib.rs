@@ -1,1 +1,3 @@
 //! The harness: loads the FMU, compares it with measurements and finds the missing effect.
+
+pub mod observer;
