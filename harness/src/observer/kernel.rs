@@ -65,8 +65,46 @@ pub(super) struct Solution {
     /// Innovation over its standard deviation; NaN where no sample.
     pub innovation: Vec<f64>,
     pub likelihood: Likelihood,
+    /// Sum of squared normalised innovations of the known velocity, and their number.
+    pub held: (f64, f64),
     /// Second moment of the increment of each force state per interval, if asked for.
     pub increments: Vec<Vec<f64>>,
+}
+
+impl Solution {
+    /// A solution to be filled by [`Solution::take`].
+    pub fn empty(count: usize, size: usize) -> Self {
+        Self {
+            states: vec![0.0; count * size],
+            size,
+            variance: std::array::from_fn(|_| vec![0.0; count]),
+            innovation: vec![f64::NAN; count],
+            likelihood: Likelihood::default(),
+            held: (0.0, 0.0),
+            increments: Vec::new(),
+        }
+    }
+
+    /// Takes the samples `range` from a solution of a part that begins at sample `from`.
+    pub fn take(&mut self, part: &Solution, from: usize, range: std::ops::Range<usize>) {
+        let inner = range.start - from..range.end - from;
+        let scaled = |r: &std::ops::Range<usize>| r.start * self.size..r.end * self.size;
+        self.states[scaled(&range)].copy_from_slice(&part.states[scaled(&inner)]);
+        for (out, column) in self.variance.iter_mut().zip(&part.variance) {
+            out[range.clone()].copy_from_slice(&column[inner.clone()]);
+        }
+        self.innovation[range].copy_from_slice(&part.innovation[inner]);
+        self.likelihood.count += part.likelihood.count;
+        self.likelihood.sum_log += part.likelihood.sum_log;
+        self.likelihood.sum_square += part.likelihood.sum_square;
+        self.held.0 += part.held.0;
+        self.held.1 += part.held.1;
+    }
+
+    /// Root mean square of the normalised innovations of the known velocity; 0 if there was none.
+    pub fn held_misfit(&self) -> f64 {
+        (self.held.0 / self.held.1.max(1.0)).sqrt()
+    }
 }
 
 /// Filters only and returns the likelihood.
@@ -319,14 +357,7 @@ fn run<const N: usize>(problem: &Problem, task: Task) -> Solution {
             likelihood.sum_square += e * e / gain.variance;
         }
     };
-    let mut solution = Solution {
-        states: Vec::new(),
-        size,
-        variance: Default::default(),
-        innovation: Vec::new(),
-        likelihood: Likelihood::default(),
-        increments: Vec::new(),
-    };
+    let mut solution = Solution::empty(0, size);
     let Task::Smooth { increments } = task else {
         fixed.filter(|_, _, _, gain, e, _| add(gain, e));
         solution.likelihood = likelihood;
@@ -346,6 +377,10 @@ fn run<const N: usize>(problem: &Problem, task: Task) -> Solution {
         forward.innovation.push(e);
         if fixed.held.is_some() {
             forward.held_innovation.push(e_held);
+            if gain.held_variance.is_finite() {
+                solution.held.0 += e_held * e_held / gain.held_variance;
+                solution.held.1 += 1.0;
+            }
         }
         if forward.gains.len() <= number as usize {
             forward.gains.push(*gain);

@@ -152,7 +152,8 @@ impl<'a> Record<'a> {
         self.problem_on(&self.displacement, levels, converge)
     }
 
-    fn problem_on<'b>(
+    /// The same on other displacements (a part of the record).
+    pub fn problem_on<'b>(
         &'b self,
         displacement: &'b [f64],
         levels: Levels,
