@@ -7,3 +7,4 @@
 pub mod error;
 pub mod fmu;
 pub mod measurement;
+pub mod metric;
