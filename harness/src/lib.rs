@@ -8,3 +8,5 @@ pub mod error;
 pub mod fmu;
 pub mod measurement;
 pub mod metric;
+pub mod output;
+pub mod report;
