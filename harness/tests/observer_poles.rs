@@ -135,7 +135,7 @@ fn val_pole_placed_observer_on_the_default_case() {
         println!(
             "{rule:?}: causal {causal:.3} (continuous {other:.3}), delay taken out {shifted:.3}, delay {:.2e} s, radius {:.0} Hz",
             discrete.delay,
-            discrete.poles[0].norm() / 6.2832
+            discrete.poles[0].norm() / std::f64::consts::TAU
         );
         assert!((causal / other - 1.0).abs() < 0.1);
         best = best.min(causal).min(shifted);
