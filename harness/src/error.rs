@@ -1,0 +1,336 @@
+//! The one error type of the harness. Every message says where, which value in which unit, and what to do.
+
+use std::path::{Path, PathBuf};
+
+/// What a command can fail with; [`Error::exit_code`] groups these for scripts.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    // ---- files
+    /// A file or folder could not be read.
+    #[error("cannot read {}: {source}; check that it exists and may be read", path.display())]
+    Read {
+        /// What was to be read.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A file or folder could not be written.
+    #[error("cannot write {}: {source}; nothing was left half-written there, choose another place with -o", path.display())]
+    Write {
+        /// What was to be written.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+
+    // ---- measurement campaign
+    /// campaign.toml is not valid TOML, or has an unknown key or a value of the wrong type.
+    #[error("{}:{line}: {problem}", path.display())]
+    CampaignFile {
+        /// The campaign file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong, and which keys or values exist.
+        problem: String,
+    },
+    /// A number in campaign.toml that no rig can have.
+    #[error("{}{}: {key} = {} is not possible; {rule}", path.display(), at_line(*line), with_unit(*value, unit))]
+    CampaignValue {
+        /// The campaign file.
+        path: PathBuf,
+        /// Line, counted from 1, where known.
+        line: Option<usize>,
+        /// The key, with its table.
+        key: String,
+        /// The value found.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// What is allowed.
+        rule: &'static str,
+    },
+    /// Lists in `[beam]` that must have the same length have not.
+    #[error("{}: [beam] {key} has {found} entries but natural_frequencies_hz has {expected}; give one per mode or leave the list out", path.display())]
+    CampaignModes {
+        /// The campaign file.
+        path: PathBuf,
+        /// The list that does not fit.
+        key: &'static str,
+        /// Its length.
+        found: usize,
+        /// The number of natural frequencies.
+        expected: usize,
+    },
+    /// A campaign without a run.
+    #[error("{}: no [[run]] in this campaign; add one with file, belt_velocity_m_per_s and normal_force_n", path.display())]
+    NoRuns {
+        /// The campaign file.
+        path: PathBuf,
+    },
+    /// A CSV file lacks a column.
+    #[error("{}:1: no column '{column}'; the header has {}{}; name the right one with {key} in campaign.toml",
+        path.display(), quoted(present), suggestion(nearest.as_slice()))]
+    MissingColumn {
+        /// The CSV file.
+        path: PathBuf,
+        /// The column looked for.
+        column: String,
+        /// The key of campaign.toml that chooses this column.
+        key: &'static str,
+        /// The columns there are.
+        present: Vec<String>,
+        /// The one most like it.
+        nearest: Vec<String>,
+    },
+    /// A CSV file's line is not a record of its table (wrong number of fields, not UTF-8, ...).
+    #[error("{}:{line}: {problem}; every line needs as many fields as the header", path.display())]
+    CsvRecord {
+        /// The CSV file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: u64,
+        /// The reader's reason.
+        problem: String,
+    },
+    /// A sample that is not a finite number.
+    #[error("{}:{line}: '{value}' in column '{column}' is not a finite number; delete the line (a missing sample is allowed) or repair the value", path.display())]
+    NotANumber {
+        /// The CSV file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The text found.
+        value: String,
+    },
+    /// Time repeats or runs backwards.
+    #[error("{}:{line}: time {value} s does not come after {previous} s of the line before; sort the file by time and remove repeated lines", path.display())]
+    TimeNotIncreasing {
+        /// The CSV file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: u64,
+        /// The time before, in s.
+        previous: f64,
+        /// The time found, in s.
+        value: f64,
+    },
+    /// Too little data.
+    #[error("{}: {samples} samples, at least {needed} are needed; is the file empty or cut off?", path.display())]
+    TooFewSamples {
+        /// The CSV file.
+        path: PathBuf,
+        /// Samples found.
+        samples: usize,
+        /// Samples needed.
+        needed: usize,
+    },
+
+    // ---- FMU file
+    /// Not a zip archive, or a damaged one.
+    #[error("{}: not a readable .fmu (zip) file: {reason}; it may be cut off, copy or export it again", path.display())]
+    FmuArchive {
+        /// The FMU file.
+        path: PathBuf,
+        /// The archive reader's reason.
+        reason: String,
+    },
+    /// modelDescription.xml is missing or cannot be understood.
+    #[error("{}: modelDescription.xml: {problem}", path.display())]
+    FmuDescription {
+        /// The FMU file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The FMU is for model exchange only.
+    #[error("{}: offers no co-simulation; export it as FMI 2.0 co-simulation", path.display())]
+    NotCoSimulation {
+        /// The FMU file.
+        path: PathBuf,
+    },
+    /// No binary for this computer.
+    #[error("{}: no binary for {platform} (binaries/{platform}/{library} is missing; present: {}); get an FMU built for this platform", path.display(), quoted(present))]
+    FmuPlatform {
+        /// The FMU file.
+        path: PathBuf,
+        /// FMI's name of this platform.
+        platform: &'static str,
+        /// The file that should be there.
+        library: String,
+        /// Platforms that the FMU has.
+        present: Vec<String>,
+    },
+    /// The FMU's library could not be loaded, or the FMU refused to be instantiated.
+    #[error("{}: cannot be instantiated: {reason}", path.display())]
+    FmuInstantiate {
+        /// The FMU file.
+        path: PathBuf,
+        /// The loader's or the FMU's reason.
+        reason: String,
+    },
+    /// A variable that the FMU does not have.
+    #[error("{}: no variable '{name}'{}; `stickslip simulate --list` shows all", path.display(), suggestion(nearest))]
+    UnknownVariable {
+        /// The FMU file.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// Names most like it.
+        nearest: Vec<String>,
+    },
+    /// A value that does not fit the type of its variable.
+    #[error("variable '{name}' is {kind}: {value} cannot be given to it; {rule}")]
+    VariableValue {
+        /// The variable.
+        name: String,
+        /// Its type.
+        kind: &'static str,
+        /// The value.
+        value: String,
+        /// What fits.
+        rule: &'static str,
+    },
+    /// An FMI call did not succeed.
+    #[error(
+        "{call} of instance '{instance}' returned {status}: {}",
+        or_silent(messages)
+    )]
+    FmiCall {
+        /// The FMI function.
+        call: &'static str,
+        /// The instance's name.
+        instance: String,
+        /// The FMI status.
+        status: &'static str,
+        /// What the FMU logged about it.
+        messages: String,
+    },
+    /// A saved FMU state used with another instance, or after its release.
+    #[error(
+        "this FMU state does not belong to instance '{instance}'; serialise it to move it between instances"
+    )]
+    ForeignState {
+        /// The instance it was given to.
+        instance: String,
+    },
+
+    // ---- commands
+    /// An option's value that cannot be used.
+    #[error("{option} {value}: {rule}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What is allowed.
+        rule: String,
+    },
+    /// The FMU's binary, needed for packing, was not found.
+    #[error("{library} is not beside {}; build all with `cargo build --release` in the repository, then pack again", searched.display())]
+    NoBinaryToPack {
+        /// The library looked for.
+        library: String,
+        /// The running program, beside which it should lie.
+        searched: PathBuf,
+    },
+    /// A gate of `--fail-above` is not met.
+    #[error("run '{run}': NRMSE {value:.4} is above the limit {limit} set by --fail-above")]
+    GateFailed {
+        /// The worst run.
+        run: String,
+        /// Its NRMSE.
+        value: f64,
+        /// The limit.
+        limit: f64,
+    },
+}
+
+impl Error {
+    /// The process exit code: 1 a gate failed, 2 bad input, 3 the FMU failed while running, 4 output could not be written.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::GateFailed { .. } => 1,
+            Error::FmiCall { .. } | Error::ForeignState { .. } => 3,
+            Error::Write { .. } => 4,
+            _ => 2,
+        }
+    }
+
+    /// For `map_err` after a failed read of `path`.
+    pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Error + '_ {
+        |source| Error::Read {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    /// For `map_err` after a failed write of `path`.
+    pub fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Error + '_ {
+        |source| Error::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+/// Up to three of `known` that look like `name`, best first.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut scored: Vec<(f64, &str)> = known
+        .into_iter()
+        .map(|k| {
+            (
+                strsim::jaro_winkler(&name.to_lowercase(), &k.to_lowercase()),
+                k,
+            )
+        })
+        .filter(|(score, _)| *score > 0.75)
+        .collect();
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    scored
+        .into_iter()
+        .take(3)
+        .map(|(_, k)| k.to_owned())
+        .collect()
+}
+
+fn at_line(line: Option<usize>) -> String {
+    line.map(|l| format!(":{l}")).unwrap_or_default()
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    if unit == "1" {
+        value.to_string()
+    } else {
+        format!("{value} {unit}")
+    }
+}
+
+fn quoted(names: &[String]) -> String {
+    if names.is_empty() {
+        return "nothing".into();
+    }
+    names
+        .iter()
+        .map(|n| format!("'{n}'"))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+fn suggestion(nearest: &[String]) -> String {
+    if nearest.is_empty() {
+        String::new()
+    } else {
+        format!("; did you mean {}?", quoted(nearest))
+    }
+}
+
+fn or_silent(messages: &str) -> &str {
+    if messages.is_empty() {
+        "the FMU logged no reason"
+    } else {
+        messages
+    }
+}

@@ -1,0 +1,100 @@
+//! Unpacks a .fmu into a temporary folder and checks what must be in it.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+use tempfile::TempDir;
+use zip::ZipArchive;
+
+use super::description::ModelDescription;
+use super::parse_description::{Problem, parse};
+use crate::error::Error;
+
+/// FMI 2.0's name of the platform this program was built for.
+pub(crate) const PLATFORM: &str = fmi_rs::fmi2::PLATFORM;
+
+/// Unpacks `path`. The folder goes when the value is dropped.
+pub(crate) fn unpack(path: &Path) -> Result<TempDir, Error> {
+    let broken = |reason: String| Error::FmuArchive {
+        path: path.to_owned(),
+        reason,
+    };
+    let file = File::open(path).map_err(Error::read(path))?;
+    if file.metadata().map_err(Error::read(path))?.is_dir() {
+        return Err(broken("it is a folder".into()));
+    }
+    let mut archive = ZipArchive::new(file).map_err(|e| broken(e.to_string()))?;
+    let folder = tempfile::Builder::new()
+        .prefix("stickslip-fmu-")
+        .tempdir()
+        .map_err(Error::write(&std::env::temp_dir()))?;
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).map_err(|e| broken(e.to_string()))?;
+        // An entry that points outside the folder is an attack or an accident; either way not a usable FMU.
+        let inside = entry
+            .enclosed_name()
+            .ok_or_else(|| broken(format!("entry {i} has an unsafe path")))?;
+        let target = folder.path().join(inside);
+        if entry.is_dir() {
+            fs::create_dir_all(&target).map_err(Error::write(&target))?;
+            continue;
+        }
+        if let Some(parent) = target.parent() {
+            fs::create_dir_all(parent).map_err(Error::write(parent))?;
+        }
+        let mut out = File::create(&target).map_err(Error::write(&target))?;
+        io::copy(&mut entry, &mut out).map_err(|e| {
+            broken(format!(
+                "{}: {e}",
+                target.file_name().unwrap_or_default().display()
+            ))
+        })?;
+    }
+    Ok(folder)
+}
+
+/// Reads the description in an unpacked FMU and returns it with its text.
+pub(crate) fn describe(path: &Path, folder: &Path) -> Result<(ModelDescription, String), Error> {
+    let broken = |problem: String| Error::FmuDescription {
+        path: path.to_owned(),
+        problem,
+    };
+    let xml = fs::read_to_string(folder.join("modelDescription.xml"))
+        .map_err(|_| broken("missing or not UTF-8 text; this is not an FMU".into()))?;
+    let description = parse(&xml).map_err(|problem| match problem {
+        Problem::Broken(what) => broken(what),
+        Problem::NotCoSimulation => Error::NotCoSimulation {
+            path: path.to_owned(),
+        },
+    })?;
+    Ok((description, xml))
+}
+
+/// Checks that there is a library for this platform.
+pub(crate) fn check_binary(
+    path: &Path,
+    folder: &Path,
+    model_identifier: &str,
+) -> Result<(), Error> {
+    let binaries = folder.join("binaries");
+    let library = format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX);
+    if binaries.join(PLATFORM).join(&library).is_file() {
+        return Ok(());
+    }
+    let mut present: Vec<String> = fs::read_dir(&binaries)
+        .map(|entries| {
+            entries
+                .flatten()
+                .map(|e| e.file_name().to_string_lossy().into_owned())
+                .collect()
+        })
+        .unwrap_or_default();
+    present.sort();
+    Err(Error::FmuPlatform {
+        path: path.to_owned(),
+        platform: PLATFORM,
+        library,
+        present,
+    })
+}

@@ -1,0 +1,184 @@
+//! Loading and running FMI 2.0 co-simulation FMUs, ours or anyone's, behind one small interface.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), stickslip::error::Error> {
+//! use stickslip::fmu::Fmu;
+//! let fmu = Fmu::load("StickSlipBeam.fmu".as_ref())?;
+//! let force = fmu.variable("normal_force")?.reference;
+//! let displacement = fmu.variable("tip_displacement")?.reference;
+//! let mut beam = fmu.instantiate("beam")?; // cheap; one per thread
+//! beam.set_real(&[force], &[60.0])?;
+//! beam.initialize(0.0, None, None)?;
+//! let mut w = [0.0];
+//! beam.do_step(0.0, 1e-4)?;
+//! beam.get_real(&[displacement], &mut w)?;
+//! beam.reset()?; // ready for the next run
+//! # Ok(()) }
+//! ```
+//!
+//! Two backends do the calls: crate `fmi-rs`, and with the cargo feature `fmi-crate` crate `fmi`. The description is
+//! read here, so it is the same for both.
+
+mod archive;
+mod description;
+#[cfg(feature = "fmi-crate")]
+mod fmi_crate_backend;
+mod fmi_rs_backend;
+mod instance;
+mod message_log;
+mod parse_description;
+mod slave;
+mod status;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use description::{
+    Capabilities, Causality, DefaultExperiment, EnumItem, Kind, ModelDescription, Variable,
+    VendorAnnotation,
+};
+pub use instance::{Instance, State};
+pub use status::Status;
+
+use crate::error::Error;
+use message_log::MessageLog;
+
+/// FMI 2.0's name of the platform this program was built for, e.g. `linux64`.
+pub const PLATFORM: &str = archive::PLATFORM;
+
+/// Which crate talks to the binary. With the feature `fmi-crate` that one is the default, so that every test runs on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Backend {
+    /// Crate `fmi-rs`.
+    #[cfg_attr(not(feature = "fmi-crate"), default)]
+    FmiRs,
+    /// Crate `fmi`.
+    #[cfg(feature = "fmi-crate")]
+    #[default]
+    FmiCrate,
+}
+
+/// An unpacked FMU with a binary for this platform. Share it by reference between threads.
+pub struct Fmu {
+    pub(crate) loaded: Arc<Loaded>,
+}
+
+/// What instances need to outlive them: the folder and, for crate `fmi`, its import, which owns the folder.
+pub(crate) struct Loaded {
+    pub(crate) description: ModelDescription,
+    path: PathBuf,
+    source: Source,
+}
+
+enum Source {
+    FmiRs(tempfile::TempDir),
+    #[cfg(feature = "fmi-crate")]
+    FmiCrate(fmi::fmi2::import::Fmi2Import),
+}
+
+impl Fmu {
+    /// Unpacks and checks an FMU; the binary itself is loaded by the first instance.
+    pub fn load(path: &Path) -> Result<Fmu, Error> {
+        Fmu::load_with(path, Backend::default())
+    }
+
+    /// The same with a given backend.
+    pub fn load_with(path: &Path, backend: Backend) -> Result<Fmu, Error> {
+        let folder = archive::unpack(path)?;
+        let (description, _xml) = archive::describe(path, folder.path())?;
+        archive::check_binary(path, folder.path(), &description.model_identifier)?;
+        let source = match backend {
+            Backend::FmiRs => Source::FmiRs(folder),
+            #[cfg(feature = "fmi-crate")]
+            Backend::FmiCrate => {
+                let import = fmi::traits::FmiImport::new(folder, &_xml).map_err(|e| {
+                    Error::FmuDescription {
+                        path: path.to_owned(),
+                        problem: e.to_string(),
+                    }
+                })?;
+                Source::FmiCrate(import)
+            }
+        };
+        Ok(Fmu {
+            loaded: Arc::new(Loaded {
+                description,
+                path: path.to_owned(),
+                source,
+            }),
+        })
+    }
+
+    /// A new instance. It belongs to the thread that makes it; many may live at once.
+    pub fn instantiate(&self, name: &str) -> Result<Instance, Error> {
+        let log = Arc::new(MessageLog::default());
+        let refused = |reason: String| {
+            let said = log.take();
+            let reason = if said.is_empty() {
+                reason
+            } else {
+                format!("{reason}: {said}")
+            };
+            Error::FmuInstantiate {
+                path: self.loaded.path.clone(),
+                reason,
+            }
+        };
+        let slave: Box<dyn slave::Slave> = match &self.loaded.source {
+            Source::FmiRs(folder) => Box::new(
+                fmi_rs_backend::instantiate(
+                    folder.path(),
+                    self.description(),
+                    name,
+                    true,
+                    log.clone(),
+                )
+                .map_err(refused)?,
+            ),
+            #[cfg(feature = "fmi-crate")]
+            Source::FmiCrate(import) => {
+                Box::new(fmi_crate_backend::instantiate(import, name, true).map_err(refused)?)
+            }
+        };
+        Ok(Instance::new(self, slave, log, name))
+    }
+
+    /// What the FMU says about itself.
+    pub fn description(&self) -> &ModelDescription {
+        &self.loaded.description
+    }
+
+    /// Where it was loaded from.
+    pub fn path(&self) -> &Path {
+        &self.loaded.path
+    }
+
+    /// The variable of this name, or an error with similar names.
+    pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
+        let unknown = || Error::UnknownVariable {
+            path: self.loaded.path.clone(),
+            name: name.to_owned(),
+            nearest: self.description().nearest(name),
+        };
+        self.description().find(name).ok_or_else(unknown)
+    }
+
+    /// Value references of Real variables, in the order of `names`.
+    pub fn real_references(&self, names: &[&str]) -> Result<Vec<u32>, Error> {
+        let reference = |name: &&str| {
+            let variable = self.variable(name)?;
+            let wrong = || Error::VariableValue {
+                name: variable.name.clone(),
+                kind: "not a Real",
+                value: "a real number".into(),
+                rule: "the FMU must declare it as Real",
+            };
+            if variable.kind == Kind::Real {
+                Ok(variable.reference)
+            } else {
+                Err(wrong())
+            }
+        };
+        names.iter().map(reference).collect()
+    }
+}

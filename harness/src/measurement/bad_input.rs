@@ -1,0 +1,113 @@
+//! What a user can get wrong, and the message that answers it.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use super::Campaign;
+use crate::error::Error;
+
+const CAMPAIGN: &str =
+    "[[run]]\nfile = \"run.csv\"\nbelt_velocity_m_per_s = 0.1\nnormal_force_n = 100\n";
+
+fn good_csv() -> String {
+    let mut csv = String::from("time_s,tip_displacement_m\n");
+    for i in 0..64 {
+        writeln!(
+            csv,
+            "{:.4},{}",
+            f64::from(i) * 1e-4,
+            f64::from(i % 7) * 1e-6
+        )
+        .unwrap();
+    }
+    csv
+}
+
+fn load(campaign: &str, csv: &str) -> Result<Campaign, Error> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("campaign.toml"), campaign).unwrap();
+    fs::write(folder.path().join("run.csv"), csv).unwrap();
+    Campaign::load(folder.path())
+}
+
+/// The message, with the temporary folder left out.
+fn message(campaign: &str, csv: &str) -> String {
+    let text = load(campaign, csv).unwrap_err().to_string();
+    let name = if text.contains("campaign.toml:") && !text.contains("run.csv:") {
+        "campaign.toml"
+    } else {
+        "run.csv"
+    };
+    text.split_once(name)
+        .map_or(text.clone(), |(_, rest)| format!("{name}{rest}"))
+}
+
+#[test]
+fn a_good_campaign_loads() {
+    let campaign = load(CAMPAIGN, &good_csv()).unwrap();
+    assert_eq!(campaign.runs[0].name, "run");
+    assert_eq!(campaign.runs[0].time.len(), 64);
+}
+
+#[test]
+fn belt_velocity_zero_or_negative_is_legal() {
+    for velocity in ["0", "-0.1"] {
+        load(&CAMPAIGN.replace("0.1", velocity), &good_csv()).unwrap();
+    }
+}
+
+#[test]
+fn columns_and_scales_can_be_chosen_per_campaign_and_per_run() {
+    let campaign = format!(
+        "{CAMPAIGN}displacement_scale = -1e-3\n[channels]\ntime_column = \"t\"\ntime_scale = 2.0\ndisplacement_column = \"w\"\ndelimiter = \";\"\n"
+    );
+    let csv = good_csv()
+        .replace("time_s,tip_displacement_m", "t,w")
+        .replace(',', ";");
+    let run = &load(&campaign, &csv).unwrap().runs[0];
+    assert!((run.sampling.interval - 2e-4).abs() < 1e-12);
+    assert_eq!(run.displacement[1], -1e-9);
+}
+
+#[test]
+fn messages_of_campaign_files() {
+    let with = |from, to| message(&CAMPAIGN.replace(from, to), &good_csv());
+    let beam = |lines: &str| message(&format!("[beam]\n{lines}\n{CAMPAIGN}"), &good_csv());
+    let messages = [
+        with("normal_force_n", "normal_force"),
+        with("100", "-5"),
+        with("100", "\"much\""),
+        with("file = ", "role = \"train\"\nfile = "),
+        message("name = \"x\"\n", &good_csv()),
+        message("name = \n", &good_csv()),
+        beam("mass_kg = -0.4"),
+        beam("natural_frequencies_hz = [80, nan]"),
+        beam("natural_frequencies_hz = [80, 510]\ndamping_ratios = [0.1]"),
+        beam("damping_ratios = [-0.1]"),
+        with("normal_force_n", "time_scale = 0\nnormal_force_n"),
+    ];
+    insta::assert_snapshot!(messages.join("\n"));
+}
+
+#[test]
+fn messages_of_csv_files() {
+    let with = |from, to| message(CAMPAIGN, &good_csv().replacen(from, to, 1));
+    let messages = [
+        with("tip_displacement_m", "displacement_m"),
+        with("0.0003,0.000003", "0.0003,NaN"),
+        with("0.0003,0.000003", "0.0003,3 um"),
+        with("0.0003,", "0.0002,"),
+        with("0.0003,", "0.0001,"),
+        with("0.0003,", "0.0003,1,"),
+        message(CAMPAIGN, ""),
+        message(CAMPAIGN, "time_s,tip_displacement_m\n0,0\n"),
+    ];
+    insta::assert_snapshot!(messages.join("\n"));
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let error = load(&CAMPAIGN.replace("run.csv", "other.csv"), "").unwrap_err();
+    assert!(error.to_string().contains("other.csv"), "{error}");
+    assert_eq!(error.exit_code(), 2);
+}

@@ -1,0 +1,262 @@
+//! `campaign.toml`: its keys, and the checks on its numbers.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::csv_table::Channels;
+use super::{BeamKnowledge, Role};
+use crate::error::Error;
+
+/// The file's content, checked.
+pub(super) struct CampaignFile {
+    pub name: Option<String>,
+    pub beam: BeamKnowledge,
+    pub runs: Vec<RunEntry>,
+}
+
+/// One `[[run]]`.
+pub(super) struct RunEntry {
+    pub name: String,
+    pub file: String,
+    pub role: Option<Role>,
+    pub belt_velocity: f64,
+    pub normal_force: f64,
+    pub channels: Channels,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFile {
+    name: Option<String>,
+    #[serde(default)]
+    beam: RawBeam,
+    #[serde(default)]
+    channels: RawChannels,
+    #[serde(default)]
+    run: Vec<RawRun>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawBeam {
+    natural_frequencies_hz: Option<Vec<Spanned<f64>>>,
+    damping_ratios: Option<Vec<Spanned<f64>>>,
+    mass_kg: Option<Spanned<f64>>,
+    masses_kg: Option<Vec<Spanned<f64>>>,
+    tip_values: Option<Vec<Spanned<f64>>>,
+}
+
+/// How to read the CSV files; in `[channels]` for all runs, or in a `[[run]]` for that one.
+#[derive(Deserialize, Default, Clone)]
+#[serde(deny_unknown_fields)]
+struct RawChannels {
+    time_column: Option<String>,
+    displacement_column: Option<String>,
+    time_scale: Option<Spanned<f64>>,
+    displacement_scale: Option<Spanned<f64>>,
+    delimiter: Option<char>,
+}
+
+// Not `flatten`ed with RawChannels: serde cannot refuse unknown keys there.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRun {
+    file: String,
+    name: Option<String>,
+    role: Option<Role>,
+    belt_velocity_m_per_s: Spanned<f64>,
+    normal_force_n: Spanned<f64>,
+    time_column: Option<String>,
+    displacement_column: Option<String>,
+    time_scale: Option<Spanned<f64>>,
+    displacement_scale: Option<Spanned<f64>>,
+    delimiter: Option<char>,
+}
+
+/// Reads and checks the file.
+pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    let raw: RawFile = toml::from_str(&text).map_err(|e| Error::CampaignFile {
+        path: path.to_owned(),
+        line: line_of(&text, e.span().unwrap_or(0..0)),
+        problem: e.message().replace('\n', "; "),
+    })?;
+    let check = Check { path, text: &text };
+    let beam = check.beam(raw.beam)?;
+    if raw.run.is_empty() {
+        return Err(Error::NoRuns {
+            path: path.to_owned(),
+        });
+    }
+    let runs = raw
+        .run
+        .into_iter()
+        .map(|run| check.run(run, &raw.channels))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(CampaignFile {
+        name: raw.name,
+        beam,
+        runs,
+    })
+}
+
+fn line_of(text: &str, span: Range<usize>) -> usize {
+    1 + text
+        .bytes()
+        .take(span.start)
+        .filter(|b| *b == b'\n')
+        .count()
+}
+
+/// The checks; knows the text, so that it can name lines.
+struct Check<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+/// What a number must be.
+type Rule = (fn(f64) -> bool, &'static str);
+
+const POSITIVE: Rule = (|v| v > 0.0, "it must be greater than zero");
+const NOT_NEGATIVE: Rule = (|v| v >= 0.0, "it must not be negative");
+const NOT_ZERO: Rule = (|v| v != 0.0, "it must not be zero");
+const ANY: Rule = (|_| true, "it must be a finite number");
+
+impl Check<'_> {
+    fn number(
+        &self,
+        key: &str,
+        unit: &'static str,
+        (holds, rule): Rule,
+        value: Spanned<f64>,
+    ) -> Result<f64, Error> {
+        let line = line_of(self.text, value.span());
+        let value = value.into_inner();
+        if value.is_finite() && holds(value) {
+            return Ok(value);
+        }
+        Err(Error::CampaignValue {
+            path: self.path.to_owned(),
+            line: Some(line),
+            key: key.to_owned(),
+            value,
+            unit,
+            rule,
+        })
+    }
+
+    fn list(
+        &self,
+        key: &str,
+        unit: &'static str,
+        rule: Rule,
+        values: Option<Vec<Spanned<f64>>>,
+    ) -> Result<Vec<f64>, Error> {
+        values
+            .unwrap_or_default()
+            .into_iter()
+            .map(|v| self.number(key, unit, rule, v))
+            .collect()
+    }
+
+    fn beam(&self, raw: RawBeam) -> Result<BeamKnowledge, Error> {
+        let mut beam = BeamKnowledge {
+            natural_frequencies_hz: self.list(
+                "[beam] natural_frequencies_hz",
+                "Hz",
+                POSITIVE,
+                raw.natural_frequencies_hz,
+            )?,
+            damping_ratios: self.list(
+                "[beam] damping_ratios",
+                "1",
+                NOT_NEGATIVE,
+                raw.damping_ratios,
+            )?,
+            masses_kg: self.list("[beam] masses_kg", "kg", POSITIVE, raw.masses_kg)?,
+            tip_values: self.list("[beam] tip_values", "1", NOT_ZERO, raw.tip_values)?,
+        };
+        let modes = beam.natural_frequencies_hz.len();
+        if let Some(mass) = raw.mass_kg {
+            let mass = self.number("[beam] mass_kg", "kg", POSITIVE, mass)?;
+            if beam.masses_kg.is_empty() {
+                // Without frequencies the number of modes is the FMU's to say; one entry then stands for all.
+                beam.masses_kg = vec![mass; modes.max(1)];
+            }
+        }
+        let lists = [
+            ("damping_ratios", beam.damping_ratios.len()),
+            ("masses_kg", beam.masses_kg.len()),
+            ("tip_values", beam.tip_values.len()),
+        ];
+        match lists
+            .into_iter()
+            .find(|(_, n)| modes > 0 && *n > 0 && *n != modes)
+        {
+            None => Ok(beam),
+            Some((key, found)) => Err(Error::CampaignModes {
+                path: self.path.to_owned(),
+                key,
+                found,
+                expected: modes,
+            }),
+        }
+    }
+
+    fn run(&self, raw: RawRun, common: &RawChannels) -> Result<RunEntry, Error> {
+        let common = common.clone();
+        let scale = |key, rule, own: Option<Spanned<f64>>, common: Option<Spanned<f64>>| match own
+            .or(common)
+        {
+            Some(value) => self.number(key, "1", rule, value),
+            None => Ok(1.0),
+        };
+        let stem = || {
+            Path::new(&raw.file)
+                .file_stem()
+                .map(|s| s.to_string_lossy().into_owned())
+        };
+        Ok(RunEntry {
+            name: raw
+                .name
+                .clone()
+                .or_else(stem)
+                .unwrap_or_else(|| raw.file.clone()),
+            role: raw.role,
+            belt_velocity: self.number(
+                "[[run]] belt_velocity_m_per_s",
+                "m/s",
+                ANY,
+                raw.belt_velocity_m_per_s,
+            )?,
+            normal_force: self.number(
+                "[[run]] normal_force_n",
+                "N",
+                NOT_NEGATIVE,
+                raw.normal_force_n,
+            )?,
+            channels: Channels {
+                time_column: raw
+                    .time_column
+                    .or(common.time_column)
+                    .unwrap_or_else(|| "time_s".into()),
+                displacement_column: raw
+                    .displacement_column
+                    .or(common.displacement_column)
+                    .unwrap_or_else(|| "tip_displacement_m".into()),
+                time_scale: scale("time_scale", POSITIVE, raw.time_scale, common.time_scale)?,
+                displacement_scale: scale(
+                    "displacement_scale",
+                    NOT_ZERO,
+                    raw.displacement_scale,
+                    common.displacement_scale,
+                )?,
+                delimiter: raw.delimiter.or(common.delimiter).unwrap_or(','),
+            },
+            file: raw.file,
+        })
+    }
+}

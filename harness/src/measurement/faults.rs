@@ -1,0 +1,115 @@
+//! Samples that the recorder, not the beam, made: clipped at the end of the range, or held.
+
+use super::noise::Noise;
+
+/// A stretch of equal samples that no motion explains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fault {
+    /// What it looks like.
+    pub kind: FaultKind,
+    /// Index of its first sample.
+    pub first: usize,
+    /// Number of samples.
+    pub samples: usize,
+}
+
+/// Kinds of fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// At the largest or smallest value of the run: the range was too small.
+    Clipped,
+    /// Elsewhere: samples were lost and the last value repeated.
+    Held,
+}
+
+/// Shortest stretches that count. At a turning point a quantised signal repeats a value or two by itself.
+const CLIPPED_FROM: usize = 3;
+const HELD_FROM: usize = 5;
+/// A step into or out of the stretch must exceed this many resolution steps, else the motion is just slow.
+const ABRUPT: f64 = 5.0;
+
+/// Finds stretches of equal samples with an abrupt step at one end.
+pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
+    let largest = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let smallest = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut faults = Vec::new();
+    let mut first = 0_usize;
+    for stretch in signal.chunk_by(|a, b| a == b) {
+        let (value, samples) = (stretch[0], stretch.len());
+        let before = first
+            .checked_sub(1)
+            .map_or(0.0, |i| (signal[i] - value).abs());
+        let after = signal
+            .get(first + samples)
+            .map_or(0.0, |v| (v - value).abs());
+        let kind = if value == largest || value == smallest {
+            FaultKind::Clipped
+        } else {
+            FaultKind::Held
+        };
+        let shortest = if kind == FaultKind::Clipped {
+            CLIPPED_FROM
+        } else {
+            HELD_FROM
+        };
+        if samples >= shortest && before.max(after) > ABRUPT * noise.resolution {
+            faults.push(Fault {
+                kind,
+                first,
+                samples,
+            });
+        }
+        first += samples;
+    }
+    faults
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(quantum: f64) -> Vec<f64> {
+        (0..1900)
+            .map(|i| ((0.01 * f64::from(i)).sin() / quantum).round() * quantum)
+            .collect()
+    }
+
+    fn noise(resolution: f64) -> Noise {
+        Noise {
+            std: 0.0,
+            resolution,
+        }
+    }
+
+    #[test]
+    fn val_a_coarsely_quantised_sine_has_no_fault() {
+        assert_eq!(find(&sine(0.02), &noise(0.02)), []);
+    }
+
+    #[test]
+    fn val_a_clipped_sine_is_clipped_at_every_crest() {
+        let clipped: Vec<f64> = sine(1e-6).into_iter().map(|v| v.min(0.9)).collect();
+        let faults = find(&clipped, &noise(1e-6));
+        assert_eq!(faults.len(), 3, "{faults:?}");
+        assert!(
+            faults
+                .iter()
+                .all(|f| f.kind == FaultKind::Clipped && f.samples > 80)
+        );
+    }
+
+    #[test]
+    fn val_a_held_value_is_found() {
+        let mut held = sine(1e-6);
+        let value = held[299];
+        held[300..310].fill(value);
+        assert_eq!(
+            find(&held, &noise(1e-6)),
+            [Fault {
+                kind: FaultKind::Held,
+                first: 299,
+                samples: 11
+            }]
+        );
+    }
+}

@@ -1,0 +1,172 @@
+//! Measurement campaigns: a folder with `campaign.toml` and one CSV file per run.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), stickslip::error::Error> {
+//! use stickslip::measurement::Campaign;
+//! let campaign = Campaign::load("reference-data/demo".as_ref())?;
+//! for run in &campaign.runs {
+//!     println!("{}: {} samples, noise {:.1e} m", run.name, run.time.len(), run.noise.std);
+//! }
+//! # Ok(()) }
+//! ```
+//!
+//! Everything is in SI units once loaded. Samples are kept as measured: gaps and uneven sampling are found and
+//! reported, never filled.
+
+mod campaign_file;
+mod csv_table;
+mod faults;
+mod noise;
+mod sampling;
+
+use std::path::{Path, PathBuf};
+
+pub use faults::{Fault, FaultKind};
+pub use noise::Noise;
+pub use sampling::{Gap, Sampling};
+
+use crate::error::Error;
+
+/// Measured runs of one rig.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    /// Its name; the folder's, where campaign.toml gives none.
+    pub name: String,
+    /// Where it lies.
+    pub folder: PathBuf,
+    /// What is known of the beam beforehand.
+    pub beam: BeamKnowledge,
+    /// The runs, in the order of the file; at least one.
+    pub runs: Vec<Run>,
+}
+
+/// What is known of the structure. Empty or `None` means unknown; lists have one entry per mode.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BeamKnowledge {
+    /// Natural frequencies, Hz.
+    pub natural_frequencies_hz: Vec<f64>,
+    /// Damping ratios, 1.
+    pub damping_ratios: Vec<f64>,
+    /// Modal masses, kg; a single `mass_kg` in the file stands for every mode.
+    pub masses_kg: Vec<f64>,
+    /// Mode shapes' values at the tip, 1.
+    pub tip_values: Vec<f64>,
+}
+
+/// What a run is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Parameters may be fitted to it.
+    Fit,
+    /// It only checks.
+    Holdout,
+}
+
+/// One measured run at one operating point.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Its name: the file's, without suffix, unless campaign.toml gives one.
+    pub name: String,
+    /// The CSV file.
+    pub file: PathBuf,
+    /// Its role, where campaign.toml gives one.
+    pub role: Option<Role>,
+    /// Belt velocity, m/s; any sign.
+    pub belt_velocity: f64,
+    /// Normal force, N; never negative.
+    pub normal_force: f64,
+    /// Sample times, s; strictly increasing.
+    pub time: Vec<f64>,
+    /// Measured tip displacement, m; as long as `time`.
+    pub displacement: Vec<f64>,
+    /// How evenly it was sampled, and what is missing.
+    pub sampling: Sampling,
+    /// How noisy it is.
+    pub noise: Noise,
+    /// Samples that look clipped or held by the recorder.
+    pub faults: Vec<Fault>,
+}
+
+impl Run {
+    /// Typical sample interval, s.
+    pub fn sample_interval(&self) -> f64 {
+        self.sampling.interval
+    }
+
+    /// Last time minus first, s.
+    pub fn duration(&self) -> f64 {
+        self.time[self.time.len() - 1] - self.time[0]
+    }
+
+    /// For each sample, whether it can be trusted (not clipped, not held).
+    pub fn trusted(&self) -> Vec<bool> {
+        let mut trusted = vec![true; self.time.len()];
+        for fault in &self.faults {
+            trusted[fault.first..fault.first + fault.samples].fill(false);
+        }
+        trusted
+    }
+}
+
+/// Fewest samples from which period, noise and spectrum mean anything.
+const FEWEST_SAMPLES: usize = 32;
+
+impl Campaign {
+    /// Loads a campaign from its folder, or from the path of its `campaign.toml`.
+    pub fn load(path: &Path) -> Result<Campaign, Error> {
+        let file = if path.is_dir() {
+            path.join("campaign.toml")
+        } else {
+            path.to_owned()
+        };
+        let folder = file.parent().unwrap_or(Path::new(".")).to_owned();
+        let parsed = campaign_file::read(&file)?;
+        let runs = parsed
+            .runs
+            .into_iter()
+            .map(|entry| load_run(&folder, entry))
+            .collect::<Result<Vec<_>, _>>()?;
+        let folder_name = || folder.file_name().map(|n| n.to_string_lossy().into_owned());
+        let name = parsed
+            .name
+            .or_else(folder_name)
+            .unwrap_or_else(|| "campaign".into());
+        Ok(Campaign {
+            name,
+            folder,
+            beam: parsed.beam,
+            runs,
+        })
+    }
+}
+
+fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error> {
+    let file = folder.join(&entry.file);
+    let (time, displacement) = csv_table::read(&file, &entry.channels)?;
+    if time.len() < FEWEST_SAMPLES {
+        return Err(Error::TooFewSamples {
+            path: file,
+            samples: time.len(),
+            needed: FEWEST_SAMPLES,
+        });
+    }
+    let sampling = Sampling::of(&time);
+    let noise = Noise::estimate(&displacement, &sampling);
+    let faults = faults::find(&displacement, &noise);
+    Ok(Run {
+        name: entry.name,
+        file,
+        role: entry.role,
+        belt_velocity: entry.belt_velocity,
+        normal_force: entry.normal_force,
+        time,
+        displacement,
+        sampling,
+        noise,
+        faults,
+    })
+}
+
+#[cfg(test)]
+mod bad_input;
