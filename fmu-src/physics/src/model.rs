@@ -82,7 +82,14 @@ impl Model {
         let mut beam = parameters.beam;
         let mut effects = Vec::new();
         for (card, entry) in CATALOGUE.iter().enumerate() {
-            let context = Context::new(entry, parameters.effects.of(card), &beam);
+            let values = parameters.effects.of(card);
+            for (parameter, value) in entry.parameters.iter().zip(values) {
+                if !value.is_finite() {
+                    let name = format!("{}.{}", entry.id, parameter.name);
+                    require(false, &name, *value, parameter.unit.symbol, "finite")?;
+                }
+            }
+            let context = Context::new(entry, values, &beam);
             if let Some(effect) = (entry.build)(&context)? {
                 let before = beam.modes().len();
                 effect.extend_structure(&mut beam)?;
@@ -95,6 +102,9 @@ impl Model {
                     is_mode,
                 });
             }
+        }
+        for enabled in &mut effects {
+            enabled.effect.prepare(&beam);
         }
         let mut dimension = 2 * beam.modes().len();
         for enabled in effects.iter_mut().filter(|e| !e.is_mode) {
@@ -249,7 +259,7 @@ impl Model {
             }
             term += e.effect.friction_term(m);
         }
-        (self.friction.coefficient(speed) + term)
+        (self.friction.coefficient(speed) + term).max(0.0)
             * self.friction_factor(m)
             * self.effective_normal_force(m)
     }
@@ -284,7 +294,6 @@ impl Model {
             for e in self.effects.iter() {
                 e.effect.add_modal_acceleration(
                     m,
-                    &self.beam,
                     &q[..self.mode_count],
                     &mut acceleration[..self.mode_count],
                 );
@@ -418,6 +427,14 @@ impl Model {
         }
     }
 
+    /// Jumps of the effects' states at the arrival in stick.
+    pub fn on_stick(&self, x: &mut State) {
+        for e in &self.effects {
+            e.effect
+                .on_stick(&mut x[e.first_state..e.first_state + e.state_count]);
+        }
+    }
+
     /// Jumps of the effects' states at break-away.
     pub fn on_break_away(&self, x: &mut State) {
         for e in self.effects.iter() {
@@ -479,6 +496,14 @@ impl Model {
         velocity - self.inputs.belt_velocity_at(t) - give
     }
 
+    /// Relative acceleration v_r' in m/s^2 from the rates alone.
+    #[inline]
+    pub fn relative_acceleration(&self, t: f64, rates: &State) -> f64 {
+        // v_r is linear in the state, so its slope is the same functional of the rates.
+        self.relative_velocity(t, rates) + self.inputs.belt_velocity_at(t)
+            - self.inputs.belt_acceleration
+    }
+
     /// Magnitudes below which errors of the states do not matter, for the integrator's error norm.
     pub fn state_scales(&self) -> State {
         let mut scales = [1e-9; MAX_STATES];
@@ -497,12 +522,14 @@ impl Model {
         scales
     }
 
-    /// Highest natural angular frequency in rad/s.
+    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher.
     pub fn highest_frequency(&self) -> f64 {
-        self.stiffness[..self.mode_count]
+        let highest = self.stiffness[..self.mode_count]
             .iter()
-            .fold(0.0, |a: f64, k| a.max(*k))
-            .sqrt()
+            .fold(0.0, |a: f64, k| a.max(*k));
+        self.effects
+            .iter()
+            .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()))
     }
 
     /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.

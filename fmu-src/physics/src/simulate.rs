@@ -305,6 +305,7 @@ impl Simulation {
             ContactMode::slip_towards(v_r)
         };
         if self.front_mode == ContactMode::Stuck {
+            self.model.on_stick(&mut x);
             self.model.stick_since = dwell_began;
         } else {
             self.model.stick_since = t;
@@ -574,15 +575,15 @@ impl Simulation {
             * self
                 .model
                 .relative_velocity(self.stepper.start, &self.stepper.x_start);
-        let slope = |rates: &State| {
-            let (_, acceleration) = self.model.tip(rates);
-            sign * (acceleration - self.model.inputs.belt_acceleration) * h
-        };
+        let (t0, t1) = (self.stepper.start, self.stepper.start + h);
         let (d0, d1) = (
-            slope(self.stepper.rates_at_start()),
-            slope(self.stepper.rates_at_end()),
+            h * self
+                .model
+                .relative_acceleration(t0, self.stepper.rates_at_start()),
+            h * self
+                .model
+                .relative_acceleration(t1, self.stepper.rates_at_end()),
         );
-        // Where a drive gives way, the belt's own acceleration counts too: leave it to the full search.
         let bend = d0.abs().max(d1.abs());
         start_gap.min(end_gap) < 0.75 * bend
     }
@@ -625,10 +626,9 @@ impl Simulation {
             self.stepper.retake(&system, h);
             let t = start + h;
             let gap = self.model.relative_velocity(t, &self.stepper.x_end);
-            // v_r is linear in the state, so its slope is the same functional of the rates.
-            let slope = self.model.relative_velocity(t, self.stepper.rates_at_end())
-                + self.model.inputs.belt_velocity_at(t)
-                - self.model.inputs.belt_acceleration;
+            let slope = self
+                .model
+                .relative_acceleration(t, self.stepper.rates_at_end());
             let correction = if slope == 0.0 { 0.0 } else { -gap / slope };
             if correction.abs() > 1e-3 * h || correction == 0.0 {
                 break;
@@ -645,6 +645,9 @@ impl Simulation {
             self.model.project_on_stick(t, &mut x);
             self.model.stick_since = t;
             self.front_mode = self.mode_at_rest(t, &x);
+            if self.front_mode == ContactMode::Stuck {
+                self.model.on_stick(&mut x);
+            }
         }
         self.end = End::Event(Transition {
             time: t,

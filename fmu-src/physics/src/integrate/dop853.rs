@@ -93,7 +93,7 @@ impl Dop853 {
         let mut h = self.next_length;
         let mut rejected = false;
         loop {
-            if !(h > 1e-15 + 8.0 * f64::EPSILON * t.abs()) {
+            if h.is_nan() || h <= 1e-15 + 8.0 * f64::EPSILON * t.abs() {
                 return Err(StepTooSmall);
             }
             self.attempt(system, t, h);

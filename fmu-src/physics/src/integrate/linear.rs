@@ -121,7 +121,7 @@ mod tests {
             segment.state_at(1.0, &mut x);
         }
         let t = segment.end;
-        assert_relative_eq!(x[0], 0.25 + 0.75 * (2.0 * t).cos(), epsilon = 1e-13);
+        assert_relative_eq!(x[0], 0.25 + 0.75 * (2.0 * t).cos(), epsilon = 1e-12);
         assert_relative_eq!(x[2], 0.3 * t, epsilon = 1e-13);
     }
 }
