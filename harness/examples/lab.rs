@@ -26,7 +26,7 @@ fn main() {
         let data = Data { shots: &shots, noise: &noise, weight: 1.0 };
         let mut p = Predictor::new(&fmu, &refs, &campaign.runs, &h).unwrap();
         let mut point = Point::centre(&h, &shots);
-        for it in [0, 1, 2, 4, 8, 16] {
+        for it in [0, 3, 6, 6] {
             let t0 = Instant::now();
             let effort = Effort { iterations: it, stride: 2, tolerance: 1e-4, knobs: true, shared: true };
             let fit = Fitter::new(&mut p, &h, &data, effort).run(point.clone());
@@ -34,6 +34,7 @@ fn main() {
             ratio.sort_by(f64::total_cmp);
             let q = |p: f64| ratio[((ratio.len() - 1) as f64 * p) as usize];
             println!("it {it}: Q {:.1} rms/noise quantiles 10% {:.2} 50% {:.2} 80% {:.2} 90% {:.2} max {:.2}  {:?} sims {}", fit.objective, q(0.1), q(0.5), q(0.8), q(0.9), q(1.0), t0.elapsed(), p.count);
+            for r in 0..campaign.runs.len() { let mut v: Vec<f64> = fit.mean_square.iter().zip(&shots).filter(|(_, s)| s.run == r).map(|(m, s)| m.sqrt() / noise[s.run]).collect(); v.sort_by(f64::total_cmp); print!(" run {r}: {:.2}/{:.2}/{:.2} ", v[v.len()/2], v[v.len()*4/5], v[v.len()-1]); } println!();
             point = fit.point;
         }
         for (k, u) in h.shared.iter().zip(&point.shared) { print!("{} {:.6}; ", k.name, k.value(*u)); }
