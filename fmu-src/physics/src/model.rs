@@ -8,6 +8,7 @@ use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
 use crate::integrate::{MAX_STATES, State};
 use crate::parameters::ModelParameters;
+use std::sync::Arc;
 
 /// An effect that is on, with the place of its states.
 struct Enabled {
@@ -22,6 +23,7 @@ struct Enabled {
 /// The model, ready to be evaluated.
 ///
 /// State: `[q_1, q_1', ..., q_n, q_n', states of the effects]`, of length [`Model::dimension`].
+#[derive(Clone)]
 pub struct Model {
     beam: Beam,
     stiffness: [f64; MAX_MODES],
@@ -34,7 +36,8 @@ pub struct Model {
     level: f64,
     static_coefficient: f64,
     sensor_offset: f64,
-    effects: Vec<Enabled>,
+    /// Immutable once built, so that copies of a model share them.
+    effects: Arc<[Enabled]>,
     dimension: usize,
     has_memory: bool,
     linear_stick: bool,
@@ -124,7 +127,7 @@ impl Model {
             has_memory: effects.iter().any(|e| e.effect.replaces_stick()),
             linear_stick: effects.iter().all(|e| e.effect.is_linear_in_stick()),
             constant_limit: effects.iter().all(|e| e.effect.keeps_limit_constant()),
-            effects,
+            effects: effects.into(),
             dimension,
             inputs,
             travel_offset: 0.0,
@@ -190,7 +193,7 @@ impl Model {
 
     fn belt_give(&self, x: &State) -> BeltGive {
         let mut give = BeltGive::default();
-        for e in &self.effects {
+        for e in self.effects.iter() {
             let part = e.effect.belt_give(self.states(e, x));
             give.displacement += part.displacement;
             give.velocity += part.velocity;
@@ -232,7 +235,7 @@ impl Model {
     /// Normal force after all effects, in N; contact can't pull.
     fn effective_normal_force(&self, m: &Motion) -> f64 {
         let mut force = m.normal_force;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             force *= e.effect.normal_factor(m);
         }
         force.max(0.0)
@@ -240,7 +243,7 @@ impl Model {
 
     fn friction_factor(&self, m: &Motion) -> f64 {
         let mut factor = self.level;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             factor *= e.effect.friction_factor(m);
         }
         factor.max(0.0)
@@ -254,7 +257,7 @@ impl Model {
             .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
             .unwrap_or(m.speed);
         let mut coefficient = self.friction.coefficient(speed);
-        for e in &self.effects {
+        for e in self.effects.iter() {
             coefficient += e.effect.friction_term(speed);
         }
         coefficient.max(0.0) * self.friction_factor(m) * self.effective_normal_force(m)
@@ -264,7 +267,7 @@ impl Model {
     pub fn static_limit(&self, t: f64, x: &State) -> f64 {
         let m = self.kinematics(t, x, ContactMode::Stuck).motion;
         let mut factor = self.friction_factor(&m);
-        for e in &self.effects {
+        for e in self.effects.iter() {
             factor *= e.effect.static_factor(&m);
         }
         self.static_coefficient * factor * self.effective_normal_force(&m)
@@ -274,7 +277,7 @@ impl Model {
     #[inline]
     fn free_acceleration(&self, m: &Motion, x: &State, acceleration: &mut [f64; MAX_MODES]) -> f64 {
         let mut force = 0.0;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             force += e.effect.tip_force(m);
         }
         for j in 0..self.mode_count {
@@ -287,7 +290,7 @@ impl Model {
             for j in 0..self.mode_count {
                 q[j] = x[2 * j];
             }
-            for e in &self.effects {
+            for e in self.effects.iter() {
                 e.effect.add_modal_acceleration(
                     m,
                     &q[..self.mode_count],
@@ -433,7 +436,7 @@ impl Model {
 
     /// Jumps of the effects' states at break-away.
     pub fn on_break_away(&self, x: &mut State) {
-        for e in &self.effects {
+        for e in self.effects.iter() {
             e.effect
                 .on_break_away(&mut x[e.first_state..e.first_state + e.state_count]);
         }
@@ -464,7 +467,7 @@ impl Model {
         } else {
             self.contact_from(&k, free, x, mode)
         };
-        for e in &self.effects {
+        for e in self.effects.iter() {
             let range = e.first_state..e.first_state + e.state_count;
             e.effect.settle(&k.motion, &contact, &mut x[range]);
         }

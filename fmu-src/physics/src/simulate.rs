@@ -1,5 +1,7 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
+pub mod snapshot;
+
 use crate::belt::Inputs;
 use crate::contact::{ContactMode, Transition};
 use crate::effects::ContactForce;
@@ -126,6 +128,7 @@ impl System for InMode<'_> {
 
 /// A run of the model. Integrates ahead of the present time in steps of its own and interpolates,
 /// so that results do not depend on where the caller stops; a change of inputs discards what lies ahead.
+#[derive(Clone)]
 pub struct Simulation {
     model: Model,
     tolerance: f64,
@@ -163,6 +166,58 @@ impl Simulation {
         start: &Start,
         tolerance: f64,
     ) -> Result<Self, PhysicsError> {
+        let model = Model::new(parameters, inputs)?;
+        Self::from_model(model, inputs, start, tolerance)
+    }
+
+    /// A run of a model that is built already, from `start`.
+    ///
+    /// # Errors
+    /// Inputs or a start outside the range in which the equations hold.
+    pub fn from_model(
+        model: Model,
+        inputs: Inputs,
+        start: &Start,
+        tolerance: f64,
+    ) -> Result<Self, PhysicsError> {
+        let mut run = Self {
+            tolerance,
+            scales: [0.0; MAX_STATES],
+            time: start.time,
+            front: start.time,
+            front_state: start.state,
+            front_mode: ContactMode::Stuck,
+            segment: Segment::point(start.time, &start.state, model.dimension()),
+            segment_mode: ContactMode::Stuck,
+            segment_is_ready: true,
+            end: End::Smooth,
+            stepper: Dop853::default(),
+            stick_system: None,
+            first_slip_step: 0.05 / model.highest_frequency(),
+            departed: false,
+            transition_count: 0,
+            last_transition: start.time,
+            recorded: None,
+            energy: None,
+            statistics: Statistics::default(),
+            model,
+        };
+        run.restart(inputs, start, tolerance)?;
+        Ok(run)
+    }
+
+    /// Starts the same model anew, in place: the same motion as a new run gives, without building
+    /// the model again. Records and energies begin again where they were kept.
+    ///
+    /// # Errors
+    /// Inputs or a start outside the range in which the equations hold; the run is then of no use
+    /// until it is started anew.
+    pub fn restart(
+        &mut self,
+        inputs: Inputs,
+        start: &Start,
+        tolerance: f64,
+    ) -> Result<(), PhysicsError> {
         require(
             tolerance > 0.0 && tolerance < 0.1,
             "tolerance",
@@ -182,40 +237,29 @@ impl Simulation {
         for value in start.state {
             require(true, "start state", value, "SI", "finite")?;
         }
-        let model = Model::new(
-            parameters,
-            Inputs {
-                since: start.time,
-                ..inputs
-            },
-        )?;
-        let scales = model.state_scales();
-        let first_slip_step = 0.05 / model.highest_frequency();
-        let mut run = Self {
-            tolerance,
-            scales,
-            time: start.time,
-            front: start.time,
-            front_state: start.state,
-            front_mode: ContactMode::Stuck,
-            segment: Segment::point(start.time, &start.state, model.dimension()),
-            segment_mode: ContactMode::Stuck,
-            segment_is_ready: true,
-            end: End::Smooth,
-            stepper: Dop853::default(),
-            stick_system: None,
-            first_slip_step,
-            departed: false,
-            transition_count: 0,
-            last_transition: start.time,
-            recorded: None,
-            energy: None,
-            statistics: Statistics::default(),
-            model,
+        inputs.check()?;
+        self.model.inputs = Inputs {
+            since: start.time,
+            ..inputs
         };
-        run.model.stick_since = start.time - start.dwell;
-        run.place(start.contact, start.settled, start.belt_travel)?;
-        Ok(run)
+        self.model.travel_offset = 0.0;
+        self.model.stick_since = start.time - start.dwell;
+        self.tolerance = tolerance;
+        self.scales = self.model.state_scales();
+        self.time = start.time;
+        self.front_state = start.state;
+        self.stick_system = None;
+        self.transition_count = 0;
+        self.last_transition = start.time;
+        self.stepper.evaluations = 0;
+        self.statistics = Statistics::default();
+        if let Some(list) = &mut self.recorded {
+            list.clear();
+        }
+        if let Some(energy) = &mut self.energy {
+            *energy = Energy::default();
+        }
+        self.place(start.contact, start.settled, start.belt_travel)
     }
 
     /// Puts the front state into its mode at the present time.
@@ -634,6 +678,15 @@ impl Simulation {
         Ok(())
     }
 
+    /// Reads off the linear equations of stick.
+    fn probe_stick(&self) -> LinearSystem {
+        let system = InMode {
+            model: &self.model,
+            mode: ContactMode::Stuck,
+        };
+        LinearSystem::probe(&system, self.front, self.model.highest_frequency())
+    }
+
     /// One step of stick, ended early where the constraint force exceeds its limit.
     fn stick_segment(&mut self) -> Result<(), PhysicsError> {
         let system = InMode {
@@ -641,9 +694,10 @@ impl Simulation {
             mode: ContactMode::Stuck,
         };
         if self.model.is_linear_in_stick() {
-            let linear = self.stick_system.get_or_insert_with(|| {
-                LinearSystem::probe(&system, self.front, self.model.highest_frequency())
-            });
+            if self.stick_system.is_none() {
+                self.stick_system = Some(self.probe_stick());
+            }
+            let linear = self.stick_system.as_ref().expect("just made");
             linear.segment(self.front, &self.front_state, &mut self.segment);
         } else {
             if self
@@ -746,11 +800,17 @@ impl Simulation {
 
     /// The observables at the present time.
     pub fn outputs(&self) -> Outputs {
-        let x = self.state();
+        self.outputs_at(self.time)
+    }
+
+    /// The observables at a time within the present segment or next to it.
+    fn outputs_at(&self, t: f64) -> Outputs {
+        let mut x = [0.0; MAX_STATES];
+        self.segment.state_at(self.segment.theta(t), &mut x);
         let mode = self.segment_mode;
         let mut rates = [0.0; MAX_STATES];
-        let contact: ContactForce = self.model.evaluate(self.time, &x, mode, &mut rates);
-        let motion = self.model.motion(self.time, &x, mode);
+        let contact: ContactForce = self.model.evaluate(t, &x, mode, &mut rates);
+        let motion = self.model.motion(t, &x, mode);
         let (_, acceleration) = self.model.tip(&rates);
         Outputs {
             displacement: motion.displacement,
@@ -763,6 +823,39 @@ impl Simulation {
             belt_travel: motion.travel,
             dwell: motion.dwell,
         }
+    }
+
+    /// The rates of the observables at the present time, each per second. The motion's own are exact,
+    /// the others central differences on the present segment (1e-7 relative).
+    ///
+    /// # Errors
+    /// As [`Simulation::advance_to`].
+    pub fn output_rates(&mut self) -> Result<Outputs, PhysicsError> {
+        // A run that has just been placed has no segment yet.
+        self.advance_to(self.time)?;
+        let step = 1e-4 * self.segment.length;
+        let (a, now, b) = (
+            self.outputs_at(self.time - step),
+            self.outputs(),
+            self.outputs_at(self.time + step),
+        );
+        let rate = |a: f64, b: f64| (b - a) / (2.0 * step);
+        Ok(Outputs {
+            displacement: now.velocity,
+            velocity: now.acceleration,
+            acceleration: rate(a.acceleration, b.acceleration),
+            friction_force: rate(a.friction_force, b.friction_force),
+            relative_velocity: rate(a.relative_velocity, b.relative_velocity),
+            mode: now.mode,
+            measured_displacement: rate(a.measured_displacement, b.measured_displacement),
+            belt_travel: -now.relative_velocity,
+            dwell: rate(a.dwell, b.dwell),
+        })
+    }
+
+    /// Mode of the contact at the present time.
+    pub fn contact_mode(&self) -> ContactMode {
+        self.segment_mode
     }
 
     /// The displacement at the present time as the sensor gives it, in m; cheaper than all outputs.

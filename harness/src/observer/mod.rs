@@ -7,6 +7,8 @@ mod error;
 #[cfg(test)]
 mod identity;
 mod kernel;
+pub mod pole_observer;
+pub mod poles;
 pub mod segmentation;
 pub mod smoother;
 pub mod stick_slip;
@@ -14,6 +16,8 @@ pub mod structure;
 pub mod whiteness;
 
 pub use error::ObserverError;
+pub use pole_observer::{Observed, TimeForm, observe};
+pub use poles::PoleRule;
 pub use segmentation::{Phase, PhaseMode, SegmentSettings, segments};
 pub use smoother::{Settings, Smoothed, smooth};
 pub use stick_slip::{BeltVelocity, StickSlip, StickSlipSettings, smooth_stick_slip};

@@ -165,7 +165,7 @@ impl Chain {
         // Score of [slip, stick] and where it came from.
         let mut score = [0.0, self.log_odds[0]];
         let mut from = vec![[false, true]; n];
-        for k in 1..n {
+        for (k, from) in from.iter_mut().enumerate().skip(1) {
             let to = |stick: bool, gain: f64| {
                 let keep = score[usize::from(stick)] + self.stay;
                 let turn = score[usize::from(!stick)] + self.change;
@@ -178,7 +178,7 @@ impl Chain {
             let (slip, from_slip) = to(false, 0.0);
             let (hold, from_hold) = to(true, self.log_odds[k]);
             score = [slip, hold];
-            from[k] = [from_slip, from_hold];
+            *from = [from_slip, from_hold];
         }
         let mut state = score[1] > score[0];
         let mut out = vec![state; n];

@@ -42,7 +42,9 @@ def sign(rng):
 
 
 def smooth_profile(rng):
-    """Belt friction g(s) (1): Gaussian process of Gaussian correlation on a periodic belt of about 1.5 m, 8 nodes per length."""
+    """Belt friction g(s) (1): Gaussian process on a periodic belt of about 1.5 m, four nodes per length.
+
+    Correlation exp(-(distance / correlation_length)^2)."""
     length, rms = log_uniform(rng, 0.005, 0.03), log_uniform(rng, 0.02, 0.1)
     dx = length / 4
     n = math.ceil(1.5 / dx)
@@ -193,12 +195,15 @@ def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04):
     return float(np.median(found))
 
 
-def draw_campaign(rng, names, args):
-    """One campaign: (truth without its name, records). Redraws until every hidden effect is plainly visible."""
+def draw_campaign(rng, names, args, points=None, effects=None):
+    """One campaign: (truth without its name, records). Redraws until every hidden effect is plainly visible.
+
+    points: operating points (N, m/s) instead of random ones; effects: {id: parameters} instead of random strengths."""
+    fixed = points, effects
     for _ in range(60):
         rig = draw_beam(rng)
-        effects = {name: draw_effect(rng, name, rig.frequencies[0]) for name in names}
-        points = [POINTS[i] for i in rng.permutation(len(POINTS))[: args.runs]]
+        effects = fixed[1] or {name: draw_effect(rng, name, rig.frequencies[0]) for name in names}
+        points = fixed[0] or [POINTS[i] for i in rng.permutation(len(POINTS))[: args.runs]]
         drawn = [draw_run(rng, rig, effects, point, args) for point in points]
         if any(d is None for d in drawn):
             continue

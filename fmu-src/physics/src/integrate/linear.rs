@@ -23,6 +23,15 @@ pub struct LinearSystem {
 }
 
 impl LinearSystem {
+    /// Every coefficient, in a fixed order, for saving and restoring.
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.columns
+            .iter_mut()
+            .flatten()
+            .chain(&mut self.constant)
+            .chain([&mut self.step])
+    }
+
     /// Reads the coefficients off a system that is known to be linear: `A e_i = f(e_i) - f(0)`.
     ///
     /// `frequency` is the highest angular frequency (or rate) in rad/s of the motion.
