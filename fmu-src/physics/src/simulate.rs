@@ -376,6 +376,8 @@ impl Simulation {
             ..inputs
         };
         inputs.check()?;
+        // What lies ahead in the segment is dropped, what has passed is not.
+        self.count_energy(self.time);
         let x = self.state();
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
@@ -460,16 +462,19 @@ impl Simulation {
         }
     }
 
+    /// Counts the energy that flows in the present segment up to time `until` in s.
+    fn count_energy(&mut self, until: f64) {
+        if self.energy.is_some() {
+            self.ready_segment();
+        }
+        if let Some(energy) = &mut self.energy {
+            energy.add(&self.model, &self.segment, self.segment_mode, until);
+        }
+    }
+
     /// Counts what the finished segment ended with.
     fn finish_segment(&mut self) {
-        if let Some(energy) = &mut self.energy {
-            energy.add(
-                &self.model,
-                &self.segment,
-                self.segment_mode,
-                self.segment.end,
-            );
-        }
+        self.count_energy(self.segment.end);
         if let End::Event(transition) = self.end {
             self.note(transition);
             self.end = End::Smooth;
