@@ -290,11 +290,7 @@ impl Simulation {
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
         let wants_stick = match contact {
-            StartContact::Automatic => {
-                let (_, velocity) = self.model.tip(&x);
-                v_r.abs()
-                    <= 1e-12 * (self.model.inputs.belt_velocity_at(t).abs() + velocity.abs() + 1e-6)
-            }
+            StartContact::Automatic => self.is_at_rest(t, &x),
             StartContact::Stick => true,
             StartContact::Slip => false,
         };
@@ -332,7 +328,7 @@ impl Simulation {
         self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
-        self.departed = false;
+        self.departed = self.front_mode != ContactMode::Stuck && !self.is_at_rest(self.time, &x);
         self.stepper.next_length = self.first_slip_step;
         self.begin_piece();
         Ok(())
@@ -354,6 +350,13 @@ impl Simulation {
             self.stepper.next_length = self.first_slip_step;
             self.stepper.restart(&system, self.front, &self.front_state);
         }
+    }
+
+    /// Whether v_r is zero to rounding.
+    fn is_at_rest(&self, t: f64, x: &State) -> bool {
+        let (_, velocity) = self.model.tip(x);
+        let belt = self.model.inputs.belt_velocity_at(t);
+        self.model.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
     }
 
     /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
@@ -499,7 +502,7 @@ impl Simulation {
     fn next_segment(&mut self) -> Result<(), PhysicsError> {
         self.segment_mode = self.front_mode;
         if self.front_mode != ContactMode::Stuck {
-            self.slip_segment()?;
+            self.slip_segment(false)?;
         } else {
             self.stick_segment()?;
         }
@@ -523,13 +526,13 @@ impl Simulation {
         }
     }
 
-    /// One step of slip, ended early where v_r comes back to zero.
-    fn slip_segment(&mut self) -> Result<(), PhysicsError> {
-        let mode = self.front_mode;
-        let sign = mode.sign();
+    /// One step of slip, ended early where v_r comes back to zero; `turned` where the direction of the
+    /// slip has just been corrected.
+    fn slip_segment(&mut self, turned: bool) -> Result<(), PhysicsError> {
+        let sign = self.front_mode.sign();
         let system = InMode {
             model: &self.model,
-            mode,
+            mode: self.front_mode,
         };
         if self
             .stepper
@@ -556,6 +559,14 @@ impl Simulation {
             } else {
                 first_below_zero(&gap[1..=degree], 0.0, 1.0)
             };
+            // A law with memory has no break-away force that tells the direction of slip from rest.
+            let astray = gap[1] < 0.0 || (root.is_none() && end_gap < 0.0);
+            if self.model.has_memory() && !self.departed && !turned && astray {
+                self.front_mode = ContactMode::slip_towards(-sign);
+                self.segment_mode = self.front_mode;
+                self.begin_piece();
+                return self.slip_segment(true);
+            }
         }
         match root {
             Some(theta) if theta * self.segment.length > 0.0 => self.arrive(theta, sign),

@@ -50,11 +50,11 @@ pub struct Data<'a> {
 }
 
 /// Directions in which a shot's start state may move: index of the state and its scale.
-fn directions(h: &Hypothesis, shot: &Shot) -> Vec<usize> {
+fn directions(h: &Hypothesis, stuck: bool) -> Vec<usize> {
     let modal = 2 * h.modes;
     (0..modal + h.extra_states.len())
         // In rigid stick the first modal velocity follows from v_r = 0.
-        .filter(|&i| !(shot.stuck && !h.has_memory && i == 1))
+        .filter(|&i| !(stuck && !h.has_memory && i == 1))
         .collect()
 }
 
@@ -101,7 +101,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
     fn residual(&mut self, k: usize, point: &Point) -> Option<Vec<f64>> {
         let shot = &self.data.shots[k];
         let mut out = std::mem::take(&mut self.buffer);
-        let result = self.predictor.predict(shot, &point.shared, &point.own[shot.run], &point.states[k], self.effort.stride, &mut out);
+        let result = self.predictor.predict(shot, &point.shared, &point.own[shot.run], &point.states[k], point.stuck[k], self.effort.stride, &mut out);
         let stride = self.effort.stride;
         let residual = result.ok().map(|()| {
             out.iter()
@@ -175,17 +175,18 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let n = residual.len();
         let noise = self.data.noise[shot.run];
         let target = (0.3 * noise).max(3e-9);
-        let list = directions(h, shot);
+        let stuck = point.stuck[k];
+        let list = directions(h, stuck);
         let own = h.own[shot.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut knobs = DMatrix::zeros(n, h.shared.len() + own);
-        let mut trial = Point { shared: point.shared.clone(), own: vec![Vec::new(); point.own.len()], states: Vec::new() };
+        let mut trial = Point { shared: point.shared.clone(), own: vec![Vec::new(); point.own.len()], states: Vec::new(), stuck: Vec::new() };
         trial.own[shot.run] = point.own[shot.run].clone();
         let mut state = point.states[k].clone();
         let stride = self.effort.stride;
         let mut out = Vec::new();
         let mut column = |this: &mut Self, trial: &Point, state: &[f64], step: f64, into: &mut [f64]| -> f64 {
-            let done = this.predictor.predict(shot, &trial.shared, &trial.own[shot.run], state, stride, &mut out);
+            let done = this.predictor.predict(shot, &trial.shared, &trial.own[shot.run], state, stuck, stride, &mut out);
             let mut norm = 0.0;
             if done.is_ok() {
                 for (i, y) in out.iter().enumerate() {
@@ -234,13 +235,101 @@ impl<'a, 'b> Fitter<'a, 'b> {
         Some(Linear { residual, states, knobs })
     }
 
+    fn sum(&mut self, k: usize, point: &Point) -> f64 {
+        self.residual(k, point).map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum())
+    }
+
+    /// Fits the start state of one shot alone, from the start it has in `point`.
+    fn fit_start(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {
+        let knobs = std::mem::replace(&mut self.effort.knobs, false);
+        let mut sum = self.sum(k, point);
+        let mut damping = 1e-3;
+        for _ in 0..iterations {
+            let Some(l) = self.linearise(k, point) else { break };
+            let list = directions(self.hypothesis, point.stuck[k]);
+            let xx = l.states.tr_mul(&l.states);
+            let gx = l.states.tr_mul(&DVector::from_vec(l.residual));
+            let before = sum;
+            for _ in 0..4 {
+                if let Some(inverse) = scaled_inverse(&xx, damping) {
+                    let step = inverse * &gx;
+                    let old = point.states[k].clone();
+                    for (c, &i) in list.iter().enumerate() {
+                        point.states[k][i] += step[c];
+                    }
+                    let new = self.sum(k, point);
+                    if new < sum {
+                        sum = new;
+                        damping *= 0.1;
+                        break;
+                    }
+                    point.states[k] = old;
+                }
+                damping *= 10.0;
+            }
+            if before - sum < 1e-2 * before {
+                break;
+            }
+        }
+        self.effort.knobs = knobs;
+        sum
+    }
+
+    /// Gives shots that fit far worse than the others another start: the end of the shot before, the
+    /// smoothed state, and both with the other mode of the contact.
+    pub fn revive(&mut self, point: &mut Point, sums: &mut [f64]) {
+        let ratio = |this: &Self, k: usize, sum: f64| {
+            let noise = this.data.noise[this.data.shots[k].run];
+            sum / (this.count(k) * noise * noise)
+        };
+        let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
+        sorted.sort_by(f64::total_cmp);
+        let limit = 16.0 * sorted[sorted.len() * 2 / 5].max(1.0);
+        for k in 0..sums.len() {
+            if ratio(self, k, sums[k]) < limit {
+                continue;
+            }
+            let shot = &self.data.shots[k];
+            let mut starts = Vec::new();
+            if k > 0 && self.data.shots[k - 1].run == shot.run && ratio(self, k - 1, sums[k - 1]) < limit {
+                let _ = self.sum(k - 1, point);
+                if let Ok(start) = self.predictor.carry_on(shot) {
+                    starts.push(start);
+                }
+            }
+            let mut smoothed = shot.state.clone();
+            smoothed.resize(point.states[k].len(), 0.0);
+            starts.push(super::predictor::ShotStart { state: smoothed.clone(), stuck: !shot.stuck });
+            starts.push(super::predictor::ShotStart { state: smoothed, stuck: shot.stuck });
+            let mut best = (sums[k], point.start(k));
+            for start in starts {
+                point.states[k] = start.state;
+                point.stuck[k] = start.stuck;
+                let sum = self.fit_start(k, point, 5);
+                if sum < best.0 {
+                    best = (sum, point.start(k));
+                }
+                if ratio(self, k, best.0) < limit {
+                    break;
+                }
+            }
+            sums[k] = best.0;
+            point.states[k] = best.1.state;
+            point.stuck[k] = best.1.stuck;
+        }
+    }
+
     /// Minimises the objective from `start`.
     pub fn run(&mut self, start: Point) -> Fit {
         let mut point = start;
         let (mut objective, mut sums) = self.evaluate(&point);
         let mut damping = 1e-3;
         let mut covariance = None;
-        for _ in 0..self.effort.iterations {
+        for iteration in 0..self.effort.iterations {
+            if iteration >= 2 && iteration % 4 == 2 {
+                self.revive(&mut point, &mut sums);
+                objective = self.total(&point, &sums);
+            }
             let system = Normal::assemble(self, &point, &sums);
             let before = objective;
             let mut accepted = false;
@@ -283,8 +372,12 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 }
             }
         }
-        let q = self.prior_loss(&trial) + sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).sum::<f64>();
+        let q = self.total(&trial, &sums);
         (trial, q, sums)
+    }
+
+    fn total(&self, point: &Point, sums: &[f64]) -> f64 {
+        self.prior_loss(point) + sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).sum::<f64>()
     }
 }
 
@@ -351,7 +444,7 @@ impl Normal {
             };
             let weight = f.data.weight / (noise * noise + sums[k] / n);
             let r = DVector::from_vec(l.residual);
-            let list = directions(h, shot);
+            let list = directions(h, point.stuck[k]);
             let mut xx = weight * l.states.tr_mul(&l.states);
             let mut gx = weight * l.states.tr_mul(&r);
             for (c, &i) in list.iter().enumerate() {

@@ -25,6 +25,8 @@ pub struct References {
     pub inputs: [u32; 2],
     /// measured_displacement.
     pub measured: u32,
+    /// contact_mode (an enumeration, 0 = stick).
+    pub contact_mode: u32,
     /// start.contact (an enumeration).
     pub contact: u32,
     /// start.effects (an enumeration).
@@ -52,6 +54,7 @@ impl References {
         Ok(Self {
             inputs: [one("belt_velocity")?, one("normal_force")?],
             measured: one("measured_displacement")?,
+            contact_mode: one("contact_mode")?,
             contact: one("start.contact")?,
             start_effects: one("start.effects")?,
             mode_count: one("mode_count")?,

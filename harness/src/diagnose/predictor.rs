@@ -18,6 +18,17 @@ pub struct Point {
     pub own: Vec<Vec<f64>>,
     /// Start states of each shot: modal states, then deviations of the effects' states.
     pub states: Vec<Vec<f64>>,
+    /// Whether each shot starts in stick.
+    pub stuck: Vec<bool>,
+}
+
+/// Where a shot starts, besides its knobs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShotStart {
+    /// Modal states, then deviations of the effects' states.
+    pub state: Vec<f64>,
+    /// Whether it starts in stick.
+    pub stuck: bool,
 }
 
 impl Point {
@@ -34,7 +45,13 @@ impl Point {
                     x
                 })
                 .collect(),
+            stuck: shots.iter().map(|s| s.stuck).collect(),
         }
+    }
+
+    /// The start of shot `k`.
+    pub fn start(&self, k: usize) -> ShotStart {
+        ShotStart { state: self.states[k].clone(), stuck: self.stuck[k] }
     }
 }
 
@@ -46,6 +63,8 @@ pub struct Predictor<'a> {
     hypothesis: &'a Hypothesis,
     names: Vec<u32>,
     values: Vec<f64>,
+    /// Time in s at which the last prediction ended.
+    now: f64,
     /// Runs of the FMU so far.
     pub count: u64,
 }
@@ -63,6 +82,7 @@ impl<'a> Predictor<'a> {
             hypothesis,
             names: Vec::new(),
             values: Vec::new(),
+            now: 0.0,
             count: 0,
         })
     }
@@ -76,7 +96,7 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// Values that the FMU refuses, or a motion that it can't follow.
-    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stride: usize, out: &mut Vec<f64>) -> Result<(), Error> {
+    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stuck: bool, stride: usize, out: &mut Vec<f64>) -> Result<(), Error> {
         self.count += 1;
         let h = self.hypothesis;
         let r = self.references;
@@ -106,7 +126,7 @@ impl<'a> Predictor<'a> {
         // Stick = 1, Slip = 2; effects start from equilibrium (Settled = 1).
         self.instance.set_integer(
             &[r.contact, r.start_effects, r.mode_count],
-            &[if shot.stuck { 1 } else { 2 }, 1, h.modes as i32],
+            &[if stuck { 1 } else { 2 }, 1, h.modes as i32],
         )?;
         self.instance.set_real(&self.names, &self.values)?;
         // Time of the campaign's runs counts from their own first sample.
@@ -126,6 +146,27 @@ impl<'a> Predictor<'a> {
             t = next;
             k += stride;
         }
+        self.now = t;
         Ok(())
+    }
+
+    /// Goes on from the end of the shot just predicted to the start of the next one and reads where the
+    /// motion is then.
+    ///
+    /// # Errors
+    /// A motion that the FMU can't follow.
+    pub fn carry_on(&mut self, next: &Shot) -> Result<ShotStart, Error> {
+        let t = next.time[0] - self.runs[next.run].time[0];
+        if t > self.now {
+            self.instance.do_step(self.now, t - self.now)?;
+        }
+        let r = self.references;
+        let mut state = vec![0.0; 2 * self.hypothesis.modes];
+        self.instance.get_real(&r.states, &mut state)?;
+        let mut mode = [0];
+        self.instance.get_integer(&[r.contact_mode], &mut mode)?;
+        // Deviations of the effects' states from equilibrium are not carried over.
+        state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
+        Ok(ShotStart { state, stuck: mode[0] == 0 })
     }
 }
