@@ -295,15 +295,34 @@ impl Slave {
 
     /// The rate of an output, per s.
     pub fn rate(&self, name: &str) -> f64 {
-        let vr = reference(name);
         let mut value = f64::NAN;
-        let order: c_int = 1;
-        let status = call!("fmi2GetRealOutputDerivatives",
+        assert_eq!(self.rate_into(name, 1, &mut value), OK, "{name}");
+        value
+    }
+
+    /// `fmi2GetRealOutputDerivatives` of one output.
+    pub fn rate_into(&self, name: &str, order: c_int, value: &mut f64) -> c_int {
+        let vr = reference(name);
+        call!("fmi2GetRealOutputDerivatives",
             self.component => *mut c_void,
             (&raw const vr) => *const u32, 1 => usize,
-            &raw const order => *const c_int, &raw mut value => *mut f64);
-        assert_eq!(status, OK, "{name}");
-        value
+            (&raw const order) => *const c_int, value => *mut f64)
+    }
+
+    /// `fmi2GetRealStatus(fmi2LastSuccessfulTime)` in s, where it is legal.
+    pub fn last_successful_time(&self) -> Option<f64> {
+        let mut time = f64::NAN;
+        let status = call!("fmi2GetRealStatus",
+            self.component => *mut c_void, 2 => c_int, (&raw mut time) => *mut f64);
+        (status == OK).then_some(time)
+    }
+
+    /// `fmi2SetDebugLogging`.
+    pub fn debug_logging(&self, on: bool, categories: &[&CStr]) -> c_int {
+        let list: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
+        call!("fmi2SetDebugLogging",
+            self.component => *mut c_void, c_int::from(on) => c_int,
+            list.len() => usize, list.as_ptr() => *const *const c_char)
     }
 
     /// A copy of the state; free it with [`Slave::free_state`].
