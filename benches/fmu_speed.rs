@@ -50,8 +50,17 @@ fn main() {
             black_box(&value);
         }
     });
-    let eight = ["tip_displacement", "tip_velocity", "tip_acceleration", "friction_force",
-        "relative_velocity", "power_into_beam", "belt_travel", "dwell_time"].map(reference);
+    let eight = [
+        "tip_displacement",
+        "tip_velocity",
+        "tip_acceleration",
+        "friction_force",
+        "relative_velocity",
+        "power_into_beam",
+        "belt_travel",
+        "dwell_time",
+    ]
+    .map(reference);
     let mut values = [0.0; 8];
     let full = best_of(15, || {
         begin();
@@ -66,10 +75,12 @@ fn main() {
     let mut state = slave.state();
     let save = best_of(15, || {
         (0..restarts).for_each(|_| assert_eq!(slave.state_into(&mut state), OK))
-    }) / f64::from(restarts) * 1e3;
+    }) / f64::from(restarts)
+        * 1e3;
     let restore = best_of(15, || {
         (0..restarts).for_each(|_| assert_eq!(slave.set_state(state), OK))
-    }) / f64::from(restarts) * 1e3;
+    }) / f64::from(restarts)
+        * 1e3;
     slave.free_state(&mut state);
     println!("default case, 2 s, 132 transitions, tolerance 1e-9");
     println!("  FMU, one step                                {one_step:8.3} ms");
@@ -84,7 +95,10 @@ fn main() {
             let text = String::from_utf8_lossy(&out.stdout);
             let peer: f64 = text.trim().parse().expect("the script prints milliseconds");
             println!("  heyoka (adaptive Taylor, terminal events)    {peer:8.3} ms");
-            println!("  ratio one step / heyoka                      {:8.3}", one_step / peer);
+            println!(
+                "  ratio one step / heyoka                      {:8.3}",
+                one_step / peer
+            );
         }
         _ => println!(
             "  heyoka not measured: python3 -m venv target/peers-venv && \

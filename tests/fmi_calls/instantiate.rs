@@ -93,7 +93,8 @@ fn start_values_in_the_resources_replace_the_built_in_ones() {
         "guid = \"{mine}\"\n[start]\n\"friction.mu_0\" = 0.5\n\"mode[1].frequency\" = 81.5\n",
     )
     .unwrap();
-    let slave = Slave::instantiate("x", 1, Some("{mine}"), Some(&uri), 0).unwrap_or_else(|m| panic!("{m:?}"));
+    let slave = Slave::instantiate("x", 1, Some("{mine}"), Some(&uri), 0)
+        .unwrap_or_else(|m| panic!("{m:?}"));
     assert_eq!(slave.enter(), OK);
     assert_eq!(slave.get("friction.mu_0"), 0.5);
     assert_eq!(slave.get("mode[1].frequency"), 81.5);
@@ -101,10 +102,17 @@ fn start_values_in_the_resources_replace_the_built_in_ones() {
     assert_eq!(slave.set("friction.mu_0", 0.6), OK);
     assert_eq!(slave.reset(), OK);
     assert_eq!(slave.enter(), OK);
-    assert_eq!(slave.get("friction.mu_0"), 0.5, "reset goes back to the calibrated value");
+    assert_eq!(
+        slave.get("friction.mu_0"),
+        0.5,
+        "reset goes back to the calibrated value"
+    );
     assert!(refusal("x", 1, Some(guid()), Some(&uri)).contains("GUID"));
     for (text, part) in [
-        ("guid = \"{mine}\"\n\"friction.mu_0\" = -1", "friction.mu_0 = -1"),
+        (
+            "guid = \"{mine}\"\n\"friction.mu_0\" = -1",
+            "friction.mu_0 = -1",
+        ),
         ("guid = \"{mine}\"\nnonsense = 1", "'nonsense'"),
         ("guid = \"{mine}\"\nmode_count = 1.5", "whole number"),
         ("\"friction.mu_0\" = 0.5", "'guid' is missing"),
@@ -112,7 +120,10 @@ fn start_values_in_the_resources_replace_the_built_in_ones() {
     ] {
         std::fs::write(&file, text).unwrap();
         let message = refusal("x", 1, Some("{mine}"), Some(&uri));
-        assert!(message.contains(part) && message.contains("start_values.toml"), "{message}");
+        assert!(
+            message.contains(part) && message.contains("start_values.toml"),
+            "{message}"
+        );
     }
 }
 
@@ -156,7 +167,9 @@ fn the_library_can_be_opened_and_closed_over_and_over() {
         let library = unsafe { libloading::Library::new(stickslip_tests::fmu_library()) }.unwrap();
         // SAFETY: the type is that of the standard.
         let version = unsafe {
-            library.get::<unsafe extern "C" fn() -> *const c_char>("fmi2GetVersion").unwrap()()
+            library
+                .get::<unsafe extern "C" fn() -> *const c_char>("fmi2GetVersion")
+                .unwrap()()
         };
         // SAFETY: a constant string.
         let version = unsafe { std::ffi::CStr::from_ptr(version) };

@@ -28,7 +28,13 @@ fn in_phase(phase: &str) -> Slave {
 /// Function, a legal call of it apart from the phase, and the phases where the standard allows it.
 type Row = (&'static str, fn(&Slave) -> c_int, &'static [&'static str]);
 
-const PHASES: [&str; 5] = ["instantiated", "initialization", "ready", "stepped", "terminated"];
+const PHASES: [&str; 5] = [
+    "instantiated",
+    "initialization",
+    "ready",
+    "stepped",
+    "terminated",
+];
 const RUN: &[&str] = &["ready", "stepped"];
 const READ: &[&str] = &["initialization", "ready", "stepped", "terminated"];
 const WRITE: &[&str] = &["instantiated", "initialization", "ready", "stepped"];
@@ -47,19 +53,55 @@ fn status<T>(name: &str, slave: &Slave, kind: c_int, mut value: T) -> c_int {
 
 const TABLE: &[Row] = &[
     ("fmi2SetupExperiment", |s| s.setup(0.0), &["instantiated"]),
-    ("fmi2EnterInitializationMode", Slave::enter, &["instantiated"]),
-    ("fmi2ExitInitializationMode", Slave::exit, &["initialization"]),
+    (
+        "fmi2EnterInitializationMode",
+        Slave::enter,
+        &["instantiated"],
+    ),
+    (
+        "fmi2ExitInitializationMode",
+        Slave::exit,
+        &["initialization"],
+    ),
     ("fmi2Terminate", Slave::terminate, RUN),
     ("fmi2Reset", Slave::reset, &PHASES),
     ("fmi2DoStep", |s| s.step(point(s), 1e-3), RUN),
     ("fmi2SetReal", |s| s.set("belt_velocity", 0.1), WRITE),
-    ("fmi2GetReal", |s| s.get_into(&[reference("tip_velocity")], &mut [0.0]), READ),
-    ("fmi2SetRealInputDerivatives", |s| s.set_rate("belt_velocity", 1, 0.0), WRITE),
-    ("fmi2GetRealOutputDerivatives", |s| s.rate_into("tip_velocity", 1, &mut 0.0), STATUS),
-    ("fmi2GetStatus", |s| status("fmi2GetStatus", s, 0, 0_i32), STATUS),
-    ("fmi2GetRealStatus", |s| status("fmi2GetRealStatus", s, 2, 0.0_f64), STATUS),
-    ("fmi2GetBooleanStatus", |s| status("fmi2GetBooleanStatus", s, 3, 0_i32), STATUS),
-    ("fmi2GetStringStatus", |s| status("fmi2GetStringStatus", s, 1, ptr::null::<c_char>()), STATUS),
+    (
+        "fmi2GetReal",
+        |s| s.get_into(&[reference("tip_velocity")], &mut [0.0]),
+        READ,
+    ),
+    (
+        "fmi2SetRealInputDerivatives",
+        |s| s.set_rate("belt_velocity", 1, 0.0),
+        WRITE,
+    ),
+    (
+        "fmi2GetRealOutputDerivatives",
+        |s| s.rate_into("tip_velocity", 1, &mut 0.0),
+        STATUS,
+    ),
+    (
+        "fmi2GetStatus",
+        |s| status("fmi2GetStatus", s, 0, 0_i32),
+        STATUS,
+    ),
+    (
+        "fmi2GetRealStatus",
+        |s| status("fmi2GetRealStatus", s, 2, 0.0_f64),
+        STATUS,
+    ),
+    (
+        "fmi2GetBooleanStatus",
+        |s| status("fmi2GetBooleanStatus", s, 3, 0_i32),
+        STATUS,
+    ),
+    (
+        "fmi2GetStringStatus",
+        |s| status("fmi2GetStringStatus", s, 1, ptr::null::<c_char>()),
+        STATUS,
+    ),
 ];
 
 /// The communication point of an instance in one of the phases above.
@@ -94,7 +136,11 @@ fn states_can_be_taken_and_restored_in_every_phase() {
         assert_eq!(slave.set_state(state), OK, "{phase}");
         assert_eq!(slave.free_state(&mut state), OK, "{phase}");
         assert!(state.is_null());
-        assert_eq!(slave.free_state(&mut state), OK, "freeing again does nothing");
+        assert_eq!(
+            slave.free_state(&mut state),
+            OK,
+            "freeing again does nothing"
+        );
     }
 }
 
@@ -174,7 +220,8 @@ fn every_function_survives_a_null_component() {
             "fmi2SetBoolean",
             "fmi2SetString",
         ] {
-            type Access = unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut c_void) -> c_int;
+            type Access =
+                unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut c_void) -> c_int;
             let call = function::<Access>(name);
             assert_eq!(call(nothing, ptr::null(), 0, nothing), ERROR, "{name}");
         }
@@ -195,7 +242,10 @@ fn null_arguments_are_refused_with_a_message() {
             let call = function::<Access>(name);
             let mut value = 0.1;
             assert_eq!(call(slave.component, ptr::null(), 1, &mut value), ERROR);
-            assert_eq!(call(slave.component, vr.as_ptr(), 1, ptr::null_mut()), ERROR);
+            assert_eq!(
+                call(slave.component, vr.as_ptr(), 1, ptr::null_mut()),
+                ERROR
+            );
             assert_eq!(call(slave.component, ptr::null(), 0, ptr::null_mut()), OK);
         }
     }
@@ -203,7 +253,10 @@ fn null_arguments_are_refused_with_a_message() {
     assert_eq!(slave.set_state(ptr::null_mut()), ERROR);
     let texts: Vec<_> = slave.messages().into_iter().map(|m| m.text).collect();
     assert_eq!(texts.len(), 6);
-    assert!(texts.iter().all(|text| text.contains("is NULL")), "{texts:?}");
+    assert!(
+        texts.iter().all(|text| text.contains("is NULL")),
+        "{texts:?}"
+    );
 }
 
 fn status_null(slave: &Slave, name: &str) -> c_int {

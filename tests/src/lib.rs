@@ -15,7 +15,9 @@ pub fn root() -> &'static Path {
 pub fn build_folder() -> PathBuf {
     let test = std::env::current_exe().expect("a test knows where it lies");
     let deps = test.parent().expect("in a folder");
-    deps.parent().expect("deps lies in the profile's folder").to_owned()
+    deps.parent()
+        .expect("deps lies in the profile's folder")
+        .to_owned()
 }
 
 /// The FMU's binary: as a dependency of the tests it lies beside them.

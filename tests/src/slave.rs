@@ -1,7 +1,7 @@
 //! The FMU's binary, loaded as a master loads it and called by the names of the standard.
 
-use crate::variables::{guid, reference};
 use crate::fmu_library;
+use crate::variables::{guid, reference};
 use libloading::Library;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
@@ -284,6 +284,17 @@ impl Slave {
             &raw const value => *const c_int)
     }
 
+    /// A get or set function of any type on one variable, with a zero as value.
+    pub fn call_on(&self, name: &str, vr: u32) -> c_int {
+        let mut value = [0_u64];
+        // SAFETY: a value of eight bytes has room for every type of the standard.
+        unsafe {
+            function::<unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut u64) -> c_int>(
+                name,
+            )(self.component, &raw const vr, 1, value.as_mut_ptr())
+        }
+    }
+
     /// Sets the rate of an input, per s, for the next step.
     pub fn set_rate(&self, name: &str, order: c_int, value: f64) -> c_int {
         let vr = reference(name);
@@ -307,6 +318,16 @@ impl Slave {
             self.component => *mut c_void,
             (&raw const vr) => *const u32, 1 => usize,
             (&raw const order) => *const c_int, value => *mut f64)
+    }
+
+    /// The rates of several outputs, per s.
+    pub fn rates_into(&self, references: &[u32], values: &mut [f64]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        let orders: Vec<c_int> = vec![1; references.len()];
+        call!("fmi2GetRealOutputDerivatives",
+            self.component => *mut c_void,
+            references.as_ptr() => *const u32, references.len() => usize,
+            orders.as_ptr() => *const c_int, values.as_mut_ptr() => *mut f64)
     }
 
     /// `fmi2GetRealStatus(fmi2LastSuccessfulTime)` in s, where it is legal.

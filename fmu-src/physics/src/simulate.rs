@@ -831,14 +831,14 @@ impl Simulation {
     }
 
     /// The rates of the observables at the present time, each per second. The motion's own are exact,
-    /// the others central differences on the present segment (1e-7 relative).
+    /// the others central differences on the present segment (1e-6 relative).
     ///
     /// # Errors
     /// As [`Simulation::advance_to`].
     pub fn output_rates(&mut self) -> Result<Outputs, PhysicsError> {
         // A run that has just been placed has no segment yet.
         self.advance_to(self.time)?;
-        let step = 1e-4 * self.segment.length;
+        let step = 1e-3 * self.segment.length;
         let (a, now, b) = (
             self.outputs_at(self.time - step),
             self.outputs(),

@@ -35,8 +35,16 @@ impl Point {
     /// The priors' centres and the smoothed start states.
     pub fn centre(hypothesis: &Hypothesis, shots: &[Shot]) -> Self {
         Self {
-            shared: hypothesis.shared.iter().map(|k| k.position(k.prior)).collect(),
-            own: hypothesis.own.iter().map(|run| run.iter().map(|k| k.position(k.prior)).collect()).collect(),
+            shared: hypothesis
+                .shared
+                .iter()
+                .map(|k| k.position(k.prior))
+                .collect(),
+            own: hypothesis
+                .own
+                .iter()
+                .map(|run| run.iter().map(|k| k.position(k.prior)).collect())
+                .collect(),
             states: shots
                 .iter()
                 .map(|s| {
@@ -51,7 +59,10 @@ impl Point {
 
     /// The start of shot `k`.
     pub fn start(&self, k: usize) -> ShotStart {
-        ShotStart { state: self.states[k].clone(), stuck: self.stuck[k] }
+        ShotStart {
+            state: self.states[k].clone(),
+            stuck: self.stuck[k],
+        }
     }
 }
 
@@ -74,7 +85,12 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// An FMU that refuses to be instantiated.
-    pub fn new(fmu: &Fmu, references: &'a References, runs: &'a [Run], hypothesis: &'a Hypothesis) -> Result<Self, Error> {
+    pub fn new(
+        fmu: &Fmu,
+        references: &'a References,
+        runs: &'a [Run],
+        hypothesis: &'a Hypothesis,
+    ) -> Result<Self, Error> {
         Ok(Self {
             instance: fmu.instantiate("diagnosis")?,
             references,
@@ -96,7 +112,16 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// Values that the FMU refuses, or a motion that it can't follow.
-    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stuck: bool, stride: usize, out: &mut Vec<f64>) -> Result<(), Error> {
+    pub fn predict(
+        &mut self,
+        shot: &Shot,
+        shared: &[f64],
+        own: &[f64],
+        state: &[f64],
+        stuck: bool,
+        stride: usize,
+        out: &mut Vec<f64>,
+    ) -> Result<(), Error> {
         self.count += 1;
         let h = self.hypothesis;
         let r = self.references;
@@ -110,7 +135,12 @@ impl<'a> Predictor<'a> {
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
         }
-        for (knob, &position) in h.shared.iter().zip(shared).chain(h.own[shot.run].iter().zip(own)) {
+        for (knob, &position) in h
+            .shared
+            .iter()
+            .zip(shared)
+            .chain(h.own[shot.run].iter().zip(own))
+        {
             for &(reference, factor) in &knob.targets {
                 self.push(reference, factor * knob.value(position));
             }
@@ -167,6 +197,9 @@ impl<'a> Predictor<'a> {
         self.instance.get_integer(&[r.contact_mode], &mut mode)?;
         // Deviations of the effects' states from equilibrium are not carried over.
         state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
-        Ok(ShotStart { state, stuck: mode[0] == 0 })
+        Ok(ShotStart {
+            state,
+            stuck: mode[0] == 0,
+        })
     }
 }
