@@ -381,6 +381,8 @@ impl Simulation {
             ..inputs
         };
         inputs.check()?;
+        // What lies ahead in the segment is dropped, what has passed is not.
+        self.count_energy(self.time);
         let x = self.state();
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
@@ -469,16 +471,19 @@ impl Simulation {
         }
     }
 
+    /// Counts the energy that flows in the present segment up to time `until` in s.
+    fn count_energy(&mut self, until: f64) {
+        if self.energy.is_some() {
+            self.ready_segment();
+        }
+        if let Some(energy) = &mut self.energy {
+            energy.add(&self.model, &self.segment, self.segment_mode, until);
+        }
+    }
+
     /// Counts what the finished segment ended with.
     fn finish_segment(&mut self) {
-        if let Some(energy) = &mut self.energy {
-            energy.add(
-                &self.model,
-                &self.segment,
-                self.segment_mode,
-                self.segment.end,
-            );
-        }
+        self.count_energy(self.segment.end);
         if let End::Event(transition) = self.end {
             self.note(transition);
             self.end = End::Smooth;
@@ -832,14 +837,14 @@ impl Simulation {
     }
 
     /// The rates of the observables at the present time, each per second. The motion's own are exact,
-    /// the others central differences on the present segment (1e-7 relative).
+    /// the others central differences on the present segment (1e-6 relative).
     ///
     /// # Errors
     /// As [`Simulation::advance_to`].
     pub fn output_rates(&mut self) -> Result<Outputs, PhysicsError> {
         // A run that has just been placed has no segment yet.
         self.advance_to(self.time)?;
-        let step = 1e-4 * self.segment.length;
+        let step = 1e-3 * self.segment.length;
         let (a, now, b) = (
             self.outputs_at(self.time - step),
             self.outputs(),
