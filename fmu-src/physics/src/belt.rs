@@ -1,0 +1,79 @@
+//! What drives the system from outside: the belt's velocity and the normal force.
+
+use crate::error::{PhysicsError, require};
+
+/// Inputs as linear functions of time from `since` on: `v0(t) = belt_velocity + rate (t - since)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inputs {
+    /// Time in s from which on the inputs hold.
+    pub since: f64,
+    /// Velocity v0 of the belt in m/s at `since`; zero and negative values are allowed.
+    pub belt_velocity: f64,
+    /// Its rate in m/s^2.
+    pub belt_acceleration: f64,
+    /// Normal force F_N in N at `since`, not negative.
+    pub normal_force: f64,
+    /// Its rate in N/s.
+    pub normal_force_rate: f64,
+}
+
+impl Inputs {
+    /// Constant belt velocity in m/s and normal force in N.
+    pub fn constant(belt_velocity: f64, normal_force: f64) -> Self {
+        Self {
+            since: 0.0,
+            belt_velocity,
+            belt_acceleration: 0.0,
+            normal_force,
+            normal_force_rate: 0.0,
+        }
+    }
+
+    /// Belt velocity v0(t) in m/s.
+    #[inline]
+    pub fn belt_velocity_at(&self, t: f64) -> f64 {
+        self.belt_velocity + self.belt_acceleration * (t - self.since)
+    }
+
+    /// Distance in m that the belt has run since `since`.
+    #[inline]
+    pub fn belt_distance_at(&self, t: f64) -> f64 {
+        let dt = t - self.since;
+        dt * (self.belt_velocity + 0.5 * self.belt_acceleration * dt)
+    }
+
+    /// Normal force F_N(t) in N; a ramp that would lift the contact off stays at zero.
+    #[inline]
+    pub fn normal_force_at(&self, t: f64) -> f64 {
+        (self.normal_force + self.normal_force_rate * (t - self.since)).max(0.0)
+    }
+
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A negative normal force, or a value that is not finite.
+    pub fn check(&self) -> Result<(), PhysicsError> {
+        require(true, "belt_velocity", self.belt_velocity, "m/s", "finite")?;
+        require(
+            true,
+            "belt acceleration",
+            self.belt_acceleration,
+            "m/s2",
+            "finite",
+        )?;
+        require(
+            self.normal_force >= 0.0,
+            "normal_force",
+            self.normal_force,
+            "N",
+            "zero or positive",
+        )?;
+        require(
+            true,
+            "normal force rate",
+            self.normal_force_rate,
+            "N/s",
+            "finite",
+        )
+    }
+}

@@ -1,0 +1,94 @@
+//! Asperities that deform elastically before gross slip: the LuGre bristle.
+
+use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
+use crate::error::PhysicsError;
+use crate::unit::{METRE, NEWTON_PER_METRE, NEWTON_SECOND_PER_METRE};
+
+/// Describes the effect.
+pub static CARD: Card = Card {
+    id: "presliding_compliance",
+    title: "Presliding compliance (LuGre bristle)",
+    equation: "z' = v_r - sigma0 |v_r| z / (mu(|v_r|) F_N),  F = -(sigma0 z + sigma1 z')",
+    description: "The contact's asperities act as bristles that bend before they slide: sticking is elastic with \
+                  some damping, and break-away is smooth. Replaces the rigid stick/slip automaton.",
+    source: "Canudas de Wit, Olsson, Astrom, Lischinsky 1995, IEEE TAC 40:419, eqs. (3)-(5)",
+    signature: "tip slower than the belt while it 'sticks'; smooth break-away; ringing is damped in stick",
+    confounders: "belt_drive_compliance, sensor_lag, third_mode; two loads separate them",
+    first_value_reference: 2100,
+    parameters: &[
+        Parameter {
+            name: "bristle_stiffness",
+            description: "bristle stiffness sigma0; 0 means rigid sticking",
+            unit: NEWTON_PER_METRE,
+            start: 0.0,
+            typical: 5e5,
+            min: 5e4,
+            max: 2e7,
+            role: Role::Shape,
+        },
+        Parameter {
+            name: "bristle_damping",
+            description: "bristle damping sigma1",
+            unit: NEWTON_SECOND_PER_METRE,
+            start: 0.0,
+            typical: 60.0,
+            min: 0.0,
+            max: 1e3,
+            role: Role::Shape,
+        },
+    ],
+    states: &[StateVariable {
+        name: "deflection",
+        description: "bristle deflection z",
+        unit: METRE,
+        nominal: 1e-4,
+    }],
+    build,
+};
+
+struct Bristle {
+    stiffness: f64,
+    damping: f64,
+}
+
+fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
+    let &[stiffness, damping] = context.values else {
+        unreachable!("two parameters on the card")
+    };
+    if stiffness == 0.0 {
+        return Ok(None);
+    }
+    context.require(0, stiffness > 0.0, "zero (off) or positive")?;
+    context.require(1, damping >= 0.0, "zero or positive")?;
+    Ok(Some(Box::new(Bristle { stiffness, damping })))
+}
+
+impl Bristle {
+    fn deflection_rate(&self, m: &Motion, capacity: f64, z: f64) -> f64 {
+        // Without capacity (normal force 0) nothing holds the bristles.
+        if capacity > 0.0 {
+            m.relative_velocity - self.stiffness * m.speed * z / capacity
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Effect for Bristle {
+    fn replaces_stick(&self) -> bool {
+        true
+    }
+    fn memory_force(&self, m: &Motion, capacity: f64, x: &[f64]) -> f64 {
+        if capacity > 0.0 {
+            -(self.stiffness * x[0] + self.damping * self.deflection_rate(m, capacity, x[0]))
+        } else {
+            0.0
+        }
+    }
+    fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+        rates[0] += self.deflection_rate(m, contact.capacity, x[0]);
+    }
+    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
+        x[0] -= contact.force / self.stiffness;
+    }
+}

@@ -1,0 +1,92 @@
+//! A bending mode beyond those retained.
+
+use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
+use crate::beam::{Beam, ModalOscillator};
+use crate::error::PhysicsError;
+use crate::unit::{HERTZ, METRE, METRE_PER_SECOND, ONE};
+
+/// Describes the effect.
+pub static CARD: Card = Card {
+    id: "third_mode",
+    title: "A further bending mode",
+    equation: "q3'' + 2 D3 w3 q3' + w3^2 q3 = phi3(1) F / m,  w_tip = ... + phi3(1) q3",
+    description: "The beam bends in one more mode than the model retains: every transition makes it ring at \
+                  its own frequency, and the tip is a little softer.",
+    source: "Stelter 1992, eqs. (2), (3), Figure 3",
+    signature: "ringing at f3 after each transition; a small quasi-static deflection",
+    confounders: "presliding_compliance (both act above the second mode): a tap without contact shows f3",
+    first_value_reference: 2400,
+    parameters: &[
+        Parameter {
+            name: "frequency",
+            description: "natural frequency of the mode; 0 means the mode is absent",
+            unit: HERTZ,
+            start: 0.0,
+            typical: 1404.0,
+            min: 700.0,
+            max: 3000.0,
+            role: Role::Shape,
+        },
+        Parameter {
+            name: "damping_ratio",
+            description: "damping ratio of the mode",
+            unit: ONE,
+            start: 0.001,
+            typical: 0.002,
+            min: 1e-5,
+            max: 0.03,
+            role: Role::Shape,
+        },
+    ],
+    states: &[
+        StateVariable {
+            name: "displacement",
+            description: "modal displacement q3",
+            unit: METRE,
+            nominal: 1e-6,
+        },
+        StateVariable {
+            name: "velocity",
+            description: "modal velocity q3'",
+            unit: METRE_PER_SECOND,
+            nominal: 1e-2,
+        },
+    ],
+    build,
+};
+
+struct ThirdMode(ModalOscillator);
+
+fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
+    let &[frequency, damping_ratio] = context.values else {
+        unreachable!("two parameters on the card")
+    };
+    if frequency == 0.0 {
+        return Ok(None);
+    }
+    context.require(0, frequency > 0.0, "zero (off) or positive")?;
+    context.require(1, damping_ratio >= 0.0, "zero or positive")?;
+    let modes = context.beam.modes();
+    // Eigenfunctions of a cantilever alternate in sign at the tip and share the modal mass.
+    let tip_value = if modes.len().is_multiple_of(2) {
+        modes[0].tip_value.abs()
+    } else {
+        -modes[0].tip_value.abs()
+    };
+    Ok(Some(Box::new(ThirdMode(ModalOscillator {
+        frequency,
+        damping_ratio,
+        mass: modes[0].mass,
+        tip_value,
+    }))))
+}
+
+impl Effect for ThirdMode {
+    fn extend_structure(&self, beam: &mut Beam) -> Result<(), PhysicsError> {
+        beam.push(self.0)
+    }
+    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
+        x[0] +=
+            self.0.tip_value * contact.force / (self.0.mass * self.0.angular_frequency().powi(2));
+    }
+}

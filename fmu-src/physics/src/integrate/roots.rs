@@ -1,0 +1,125 @@
+//! The first sign change of a polynomial on an interval, none missed.
+
+/// Interval halvings after which a touch without a sign change counts as no crossing.
+const MAX_DEPTH: u32 = 48;
+
+/// The first `theta` in `(low, high]` at which the polynomial with coefficients `c` (power by power)
+/// falls below zero, provided it is not negative at `low`.
+///
+/// Rigorous: an interval is dropped only if the Taylor coefficients about its middle prove that the
+/// polynomial can't reach zero in it, and bisected only where they prove it monotone
+/// (mean-value form, Moore 1966).
+pub fn first_below_zero(c: &[f64], low: f64, high: f64) -> Option<f64> {
+    search(c, low, high, 0)
+}
+
+/// Value of the polynomial.
+#[inline]
+pub fn value(c: &[f64], theta: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, a| sum * theta + a)
+}
+
+fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
+    let middle = 0.5 * (low + high);
+    let radius = 0.5 * (high - low);
+    let shifted = shift(c, middle);
+    let n = c.len();
+    let (mut spread, mut slope_spread, mut power) = (0.0, 0.0, 1.0);
+    for (k, a) in shifted[..n].iter().enumerate().skip(1) {
+        if k > 1 {
+            slope_spread += k as f64 * a.abs() * power;
+        }
+        power *= radius;
+        spread += a.abs() * power;
+    }
+    if shifted[0] > spread {
+        return None;
+    }
+    if n > 1 && shifted[1].abs() > slope_spread {
+        return if value(c, high) < 0.0 {
+            Some(bisect(c, low, high))
+        } else {
+            None
+        };
+    }
+    if depth == MAX_DEPTH {
+        return (value(c, high) < 0.0).then_some(high);
+    }
+    if value(c, middle) < 0.0 {
+        return search(c, low, middle, depth + 1).or(Some(middle));
+    }
+    search(c, low, middle, depth + 1).or_else(|| search(c, middle, high, depth + 1))
+}
+
+/// Taylor coefficients about `at`, by repeated synthetic division.
+fn shift(c: &[f64], at: f64) -> [f64; super::MAX_DEGREE + 1] {
+    let n = c.len();
+    let mut out = [0.0; super::MAX_DEGREE + 1];
+    out[..n].copy_from_slice(c);
+    for i in 0..n.saturating_sub(1) {
+        for k in (i..n - 1).rev() {
+            out[k] += at * out[k + 1];
+        }
+    }
+    out
+}
+
+fn bisect(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    // Regula falsi with halving of the stale end (Illinois); falls back on bisection by its guard.
+    let (mut f_low, mut f_high) = (value(c, low), value(c, high));
+    if f_low <= 0.0 {
+        return low;
+    }
+    for _ in 0..100 {
+        let mut theta = (low * f_high - high * f_low) / (f_high - f_low);
+        if !(theta > low && theta < high) {
+            theta = 0.5 * (low + high);
+        }
+        let f = value(c, theta);
+        if f > 0.0 {
+            low = theta;
+            f_low = f;
+            f_high *= 0.5;
+        } else {
+            high = theta;
+            f_high = f;
+            f_low *= 0.5;
+        }
+        if f == 0.0 || high - low <= 4.0 * f64::EPSILON * high.abs() {
+            break;
+        }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn the_first_of_two_close_roots_is_found() {
+        // (theta - 0.3)(theta - 0.3001) is negative only on a ten-thousandth of the interval.
+        let c = [0.3 * 0.3001, -0.6001, 1.0];
+        assert_relative_eq!(
+            first_below_zero(&c, 0.0, 1.0).unwrap(),
+            0.3,
+            epsilon = 1e-12
+        );
+    }
+
+    #[test]
+    fn a_touch_is_no_crossing() {
+        assert_eq!(first_below_zero(&[0.25 + 1e-12, -1.0, 1.0], 0.0, 1.0), None);
+    }
+
+    #[test]
+    fn a_root_outside_the_interval_is_not_reported() {
+        assert_eq!(first_below_zero(&[1.0, -0.5], 0.0, 1.0), None);
+        assert_relative_eq!(
+            first_below_zero(&[1.0, -2.0], 0.0, 1.0).unwrap(),
+            0.5,
+            epsilon = 1e-14
+        );
+    }
+}

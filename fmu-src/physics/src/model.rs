@@ -1,0 +1,556 @@
+//! Beam + belt + contact + enabled effects: rates, constraint force and static limit at one instant.
+
+use crate::beam::{Beam, MAX_MODES};
+use crate::belt::Inputs;
+use crate::contact::ContactMode;
+use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion};
+use crate::error::{PhysicsError, require};
+use crate::friction::FrictionLaw;
+use crate::integrate::{MAX_STATES, State};
+use crate::parameters::ModelParameters;
+use std::sync::Arc;
+
+/// An effect that is on, with the place of its states.
+struct Enabled {
+    card: usize,
+    effect: Box<dyn Effect>,
+    first_state: usize,
+    state_count: usize,
+    /// States inside the modal block are integrated as modes, not by the effect.
+    is_mode: bool,
+}
+
+/// The model, ready to be evaluated.
+///
+/// State: `[q_1, q_1', ..., q_n, q_n', states of the effects]`, of length [`Model::dimension`].
+#[derive(Clone)]
+pub struct Model {
+    beam: Beam,
+    stiffness: [f64; MAX_MODES],
+    damping: [f64; MAX_MODES],
+    tip_value: [f64; MAX_MODES],
+    gain: [f64; MAX_MODES],
+    mode_count: usize,
+    mobility: f64,
+    friction: FrictionLaw,
+    level: f64,
+    static_coefficient: f64,
+    sensor_offset: f64,
+    /// Immutable once built, so that copies of a model share them.
+    effects: Arc<[Enabled]>,
+    dimension: usize,
+    has_memory: bool,
+    linear_stick: bool,
+    constant_limit: bool,
+    /// Inputs that hold now.
+    pub inputs: Inputs,
+    /// Constant that makes the belt travel continuous, in m.
+    pub travel_offset: f64,
+    /// Time in s at which the present stick began.
+    pub stick_since: f64,
+}
+
+/// Kinematics shared by all evaluations at one instant.
+struct Kinematics {
+    motion: Motion,
+    give: BeltGive,
+}
+
+impl Model {
+    /// Builds a model; effects whose parameters mean "off" are left out.
+    ///
+    /// # Errors
+    /// Parameters outside the range in which the equations hold.
+    pub fn new(parameters: &ModelParameters, inputs: Inputs) -> Result<Self, PhysicsError> {
+        parameters.friction.check()?;
+        inputs.check()?;
+        let level = parameters.friction_level;
+        require(
+            level >= 0.0,
+            "friction.level",
+            level,
+            "1",
+            "zero or positive",
+        )?;
+        require(
+            true,
+            "sensor.offset",
+            parameters.sensor_offset,
+            "m",
+            "finite",
+        )?;
+        let mut beam = parameters.beam;
+        let mut effects = Vec::new();
+        for (card, entry) in CATALOGUE.iter().enumerate() {
+            let values = parameters.effects.of(card);
+            for (parameter, value) in entry.parameters.iter().zip(values) {
+                if !value.is_finite() {
+                    let name = format!("{}.{}", entry.id, parameter.name);
+                    require(false, &name, *value, parameter.unit.symbol, "finite")?;
+                }
+            }
+            let context = Context::new(entry, values, &beam);
+            if let Some(effect) = (entry.build)(&context)? {
+                let before = beam.modes().len();
+                effect.extend_structure(&mut beam)?;
+                let is_mode = beam.modes().len() > before;
+                effects.push(Enabled {
+                    card,
+                    effect,
+                    first_state: 2 * before,
+                    state_count: entry.states.len(),
+                    is_mode,
+                });
+            }
+        }
+        for enabled in &mut effects {
+            enabled.effect.prepare(&beam);
+        }
+        let mut dimension = 2 * beam.modes().len();
+        for enabled in effects.iter_mut().filter(|e| !e.is_mode) {
+            enabled.first_state = dimension;
+            dimension += enabled.state_count;
+        }
+        debug_assert!(dimension <= MAX_STATES);
+        let mut model = Self {
+            beam,
+            stiffness: [0.0; MAX_MODES],
+            damping: [0.0; MAX_MODES],
+            tip_value: [0.0; MAX_MODES],
+            gain: [0.0; MAX_MODES],
+            mode_count: beam.modes().len(),
+            mobility: beam.tip_mobility(),
+            friction: parameters.friction,
+            level,
+            static_coefficient: parameters.friction.static_coefficient(),
+            sensor_offset: parameters.sensor_offset,
+            has_memory: effects.iter().any(|e| e.effect.replaces_stick()),
+            linear_stick: effects.iter().all(|e| e.effect.is_linear_in_stick()),
+            constant_limit: effects.iter().all(|e| e.effect.keeps_limit_constant()),
+            effects: effects.into(),
+            dimension,
+            inputs,
+            travel_offset: 0.0,
+            stick_since: 0.0,
+        };
+        for (j, mode) in beam.modes().iter().enumerate() {
+            let w = mode.angular_frequency();
+            model.stiffness[j] = w * w;
+            model.damping[j] = 2.0 * mode.damping_ratio * w;
+            model.tip_value[j] = mode.tip_value;
+            model.gain[j] = mode.tip_value / mode.mass;
+        }
+        Ok(model)
+    }
+
+    /// Number of states.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// The structure with the modes that effects add.
+    pub fn beam(&self) -> &Beam {
+        &self.beam
+    }
+
+    /// Whether a friction law with memory replaces the rigid stick/slip automaton.
+    pub fn has_memory(&self) -> bool {
+        self.has_memory
+    }
+
+    /// Whether stick obeys a linear equation with constant coefficients under the present inputs.
+    pub fn is_linear_in_stick(&self) -> bool {
+        self.linear_stick && (self.inputs.normal_force_rate == 0.0 || self.effects.is_empty())
+    }
+
+    /// Whether the static limit is constant during stick under the present inputs.
+    pub fn keeps_limit_constant(&self) -> bool {
+        self.constant_limit && self.inputs.normal_force_rate == 0.0
+    }
+
+    /// First state and number of states of the effect with index `card`, if it is on.
+    pub fn effect_states(&self, card: usize) -> Option<(usize, usize)> {
+        self.effects
+            .iter()
+            .find(|e| e.card == card)
+            .map(|e| (e.first_state, e.state_count))
+    }
+
+    /// Tip displacement w in m and velocity w' in m/s.
+    #[inline]
+    pub fn tip(&self, x: &State) -> (f64, f64) {
+        let (mut w, mut v) = (0.0, 0.0);
+        for j in 0..self.mode_count {
+            w += self.tip_value[j] * x[2 * j];
+            v += self.tip_value[j] * x[2 * j + 1];
+        }
+        (w, v)
+    }
+
+    fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [f64] {
+        &x[enabled.first_state..enabled.first_state + enabled.state_count]
+    }
+
+    fn belt_give(&self, x: &State) -> BeltGive {
+        let mut give = BeltGive::default();
+        for e in self.effects.iter() {
+            let part = e.effect.belt_give(self.states(e, x));
+            give.displacement += part.displacement;
+            give.velocity += part.velocity;
+            give.free_acceleration += part.free_acceleration;
+            give.mobility += part.mobility;
+        }
+        give
+    }
+
+    #[inline]
+    fn kinematics(&self, t: f64, x: &State, mode: ContactMode) -> Kinematics {
+        let (displacement, velocity) = self.tip(x);
+        let give = self.belt_give(x);
+        let belt_velocity = self.inputs.belt_velocity_at(t) + give.velocity;
+        let stuck = mode == ContactMode::Stuck;
+        let relative_velocity = if stuck { 0.0 } else { velocity - belt_velocity };
+        Kinematics {
+            motion: Motion {
+                time: t,
+                displacement,
+                velocity,
+                belt_velocity,
+                relative_velocity,
+                speed: relative_velocity * mode.sign(),
+                normal_force: self.inputs.normal_force_at(t),
+                travel: self.travel_offset + self.inputs.belt_distance_at(t) + give.displacement
+                    - displacement,
+                dwell: if stuck { t - self.stick_since } else { 0.0 },
+            },
+            give,
+        }
+    }
+
+    /// The motion at one instant.
+    pub fn motion(&self, t: f64, x: &State, mode: ContactMode) -> Motion {
+        self.kinematics(t, x, mode).motion
+    }
+
+    /// Normal force after all effects, in N; contact can't pull.
+    fn effective_normal_force(&self, m: &Motion) -> f64 {
+        let mut force = m.normal_force;
+        for e in self.effects.iter() {
+            force *= e.effect.normal_factor(m);
+        }
+        force.max(0.0)
+    }
+
+    fn friction_factor(&self, m: &Motion) -> f64 {
+        let mut factor = self.level;
+        for e in self.effects.iter() {
+            factor *= e.effect.friction_factor(m);
+        }
+        factor.max(0.0)
+    }
+
+    /// Friction capacity mu(|v_r|) F_N in N while sliding.
+    fn capacity(&self, m: &Motion, x: &State) -> f64 {
+        let mut speed = m.speed;
+        let mut term = 0.0;
+        for e in self.effects.iter() {
+            if let Some(lagged) = e.effect.lagged_speed(self.states(e, x)) {
+                speed = lagged;
+            }
+            term += e.effect.friction_term(m);
+        }
+        (self.friction.coefficient(speed) + term).max(0.0)
+            * self.friction_factor(m)
+            * self.effective_normal_force(m)
+    }
+
+    /// Largest friction force in N that stick can carry.
+    pub fn static_limit(&self, t: f64, x: &State) -> f64 {
+        let m = self.kinematics(t, x, ContactMode::Stuck).motion;
+        let mut factor = self.friction_factor(&m);
+        for e in self.effects.iter() {
+            factor *= e.effect.static_factor(&m);
+        }
+        self.static_coefficient * factor * self.effective_normal_force(&m)
+    }
+
+    /// Modal accelerations without the friction force; returns the tip's acceleration under them.
+    #[inline]
+    fn free_acceleration(&self, m: &Motion, x: &State, acceleration: &mut [f64; MAX_MODES]) -> f64 {
+        let mut force = 0.0;
+        for e in self.effects.iter() {
+            force += e.effect.tip_force(m);
+        }
+        for j in 0..self.mode_count {
+            acceleration[j] = self.gain[j] * force
+                - self.damping[j] * x[2 * j + 1]
+                - self.stiffness[j] * x[2 * j];
+        }
+        if !self.effects.is_empty() {
+            let mut q = [0.0; MAX_MODES];
+            for j in 0..self.mode_count {
+                q[j] = x[2 * j];
+            }
+            for e in self.effects.iter() {
+                e.effect.add_modal_acceleration(
+                    m,
+                    &q[..self.mode_count],
+                    &mut acceleration[..self.mode_count],
+                );
+            }
+        }
+        (0..self.mode_count)
+            .map(|j| self.tip_value[j] * acceleration[j])
+            .sum()
+    }
+
+    /// Force that keeps v_r = 0, from `w'' = v_belt'`:
+    /// `F_c = (v0' + x''_free - w''_free) / (sum phi_j^2/m_j + belt mobility)` in N.
+    #[inline]
+    fn constraint_force_from(&self, free: f64, give: &BeltGive) -> f64 {
+        (self.inputs.belt_acceleration + give.free_acceleration - free)
+            / (self.mobility + give.mobility)
+    }
+
+    /// Constraint force F_c in N that would keep the contact sticking.
+    pub fn constraint_force(&self, t: f64, x: &State) -> f64 {
+        let k = self.kinematics(t, x, ContactMode::Stuck);
+        let free = self.free_acceleration(&k.motion, x, &mut [0.0; MAX_MODES]);
+        self.constraint_force_from(free, &k.give)
+    }
+
+    fn contact_from(
+        &self,
+        k: &Kinematics,
+        free: f64,
+        x: &State,
+        mode: ContactMode,
+    ) -> ContactForce {
+        if mode == ContactMode::Stuck {
+            return ContactForce {
+                force: self.constraint_force_from(free, &k.give),
+                capacity: 0.0,
+                stuck: true,
+            };
+        }
+        let capacity = self.capacity(&k.motion, x);
+        let force = if self.has_memory {
+            self.effects
+                .iter()
+                .map(|e| {
+                    e.effect
+                        .memory_force(&k.motion, capacity, self.states(e, x))
+                })
+                .sum()
+        } else {
+            -mode.sign() * capacity
+        };
+        ContactForce {
+            force,
+            capacity,
+            stuck: false,
+        }
+    }
+
+    /// Rates of all states in a mode. In slip, `mode` fixes the sign of friction even where the
+    /// integrator looks slightly beyond v_r = 0.
+    #[inline]
+    pub fn rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
+        if self.effects.is_empty() {
+            self.base_rates(t, x, mode, rates);
+        } else {
+            self.evaluate(t, x, mode, rates);
+        }
+    }
+
+    /// Rates of the reference model alone: the same operations as in `evaluate`, without the hooks.
+    #[inline]
+    fn base_rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
+        let (mut velocity, mut free) = (0.0, 0.0);
+        let mut acceleration = [0.0; MAX_MODES];
+        for j in 0..self.mode_count {
+            velocity += self.tip_value[j] * x[2 * j + 1];
+            acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
+            free += self.tip_value[j] * acceleration[j];
+        }
+        let force = if mode == ContactMode::Stuck {
+            (self.inputs.belt_acceleration - free) / self.mobility
+        } else {
+            let sign = mode.sign();
+            let speed = sign * (velocity - self.inputs.belt_velocity_at(t));
+            -sign * self.friction.coefficient(speed) * self.level * self.inputs.normal_force_at(t)
+        };
+        for j in 0..self.mode_count {
+            rates[2 * j] = x[2 * j + 1];
+            rates[2 * j + 1] = acceleration[j] + self.gain[j] * force;
+        }
+    }
+
+    /// Rates, and the friction force on the tip in N.
+    pub fn evaluate(
+        &self,
+        t: f64,
+        x: &State,
+        mode: ContactMode,
+        rates: &mut State,
+    ) -> ContactForce {
+        let k = self.kinematics(t, x, mode);
+        let mut acceleration = [0.0; MAX_MODES];
+        let free = self.free_acceleration(&k.motion, x, &mut acceleration);
+        let contact = self.contact_from(&k, free, x, mode);
+        for j in 0..self.mode_count {
+            rates[2 * j] = x[2 * j + 1];
+            rates[2 * j + 1] = acceleration[j] + self.gain[j] * contact.force;
+        }
+        for e in self.effects.iter().filter(|e| !e.is_mode) {
+            let range = e.first_state..e.first_state + e.state_count;
+            rates[range.clone()].fill(0.0);
+            e.effect
+                .add_rates(&k.motion, &contact, &x[range.clone()], &mut rates[range]);
+        }
+        contact
+    }
+
+    /// Removes the relative velocity so that the contact can stick: each mode takes its share
+    /// `(phi_j/m_j) / sum(phi^2/m)`, as an impulse at the tip would do.
+    pub fn project_on_stick(&self, t: f64, x: &mut State) {
+        let (_, velocity) = self.tip(x);
+        let excess = velocity - self.inputs.belt_velocity_at(t) - self.belt_give(x).velocity;
+        self.push(-excess, x);
+    }
+
+    /// Changes the tip's velocity by `change` in m/s as an impulse at the tip would do: each mode takes
+    /// its share `(phi_j/m_j) / sum(phi^2/m)`.
+    pub fn push(&self, change: f64, x: &mut State) {
+        for j in 0..self.mode_count {
+            x[2 * j + 1] += change * self.gain[j] / self.mobility;
+        }
+    }
+
+    /// Jumps of the effects' states at the arrival in stick.
+    pub fn on_stick(&self, x: &mut State) {
+        for e in &self.effects {
+            e.effect
+                .on_stick(&mut x[e.first_state..e.first_state + e.state_count]);
+        }
+    }
+
+    /// Jumps of the effects' states at break-away.
+    pub fn on_break_away(&self, x: &mut State) {
+        for e in self.effects.iter() {
+            e.effect
+                .on_break_away(&mut x[e.first_state..e.first_state + e.state_count]);
+        }
+    }
+
+    /// Adds to the effects' states the values that are in equilibrium with the start motion.
+    pub fn settle(&self, t: f64, x: &mut State, mode: ContactMode) {
+        let k = self.kinematics(t, x, mode);
+        let free = self.free_acceleration(&k.motion, x, &mut [0.0; MAX_MODES]);
+        let contact = if self.has_memory {
+            // The bristle's own force is what is sought: take the constraint force within capacity.
+            let capacity = self.capacity(&k.motion, x);
+            let force = self
+                .constraint_force_from(free, &k.give)
+                .clamp(-capacity, capacity);
+            let sliding =
+                k.motion.relative_velocity.abs() > 0.01 * (k.motion.belt_velocity.abs() + 1e-6);
+            let force = if sliding {
+                -mode.sign() * capacity
+            } else {
+                force
+            };
+            ContactForce {
+                force,
+                capacity,
+                stuck: false,
+            }
+        } else {
+            self.contact_from(&k, free, x, mode)
+        };
+        for e in self.effects.iter() {
+            let range = e.first_state..e.first_state + e.state_count;
+            e.effect.settle(&k.motion, &contact, &mut x[range]);
+        }
+    }
+
+    /// Displacement in m as the sensor gives it.
+    pub fn measured_displacement(&self, x: &State) -> f64 {
+        let (w, _) = self.tip(x);
+        self.effects
+            .iter()
+            .find_map(|e| e.effect.measured_displacement(w, self.states(e, x)))
+            .unwrap_or(w)
+            + self.sensor_offset
+    }
+
+    /// Relative velocity v_r in m/s from the state alone.
+    #[inline]
+    pub fn relative_velocity(&self, t: f64, x: &State) -> f64 {
+        let (_, velocity) = self.tip(x);
+        let give = if self.effects.is_empty() {
+            0.0
+        } else {
+            self.belt_give(x).velocity
+        };
+        velocity - self.inputs.belt_velocity_at(t) - give
+    }
+
+    /// Relative acceleration v_r' in m/s^2 from the rates alone.
+    #[inline]
+    pub fn relative_acceleration(&self, t: f64, rates: &State) -> f64 {
+        // v_r is linear in the state, so its slope is the same functional of the rates.
+        self.relative_velocity(t, rates) + self.inputs.belt_velocity_at(t)
+            - self.inputs.belt_acceleration
+    }
+
+    /// Magnitudes below which errors of the states do not matter, for the integrator's error norm.
+    pub fn state_scales(&self) -> State {
+        let mut scales = [1e-9; MAX_STATES];
+        let force = (self.static_coefficient * self.level * self.inputs.normal_force).max(1e-3);
+        for j in 0..self.mode_count {
+            let w = self.stiffness[j].sqrt();
+            let deflection = (self.gain[j] * force / self.stiffness[j]).abs().max(1e-12);
+            scales[2 * j] = deflection;
+            scales[2 * j + 1] = deflection * w;
+        }
+        for e in self.effects.iter().filter(|e| !e.is_mode) {
+            for (i, state) in CATALOGUE[e.card].states.iter().enumerate() {
+                scales[e.first_state + i] = state.nominal * 1e-2;
+            }
+        }
+        scales
+    }
+
+    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher.
+    pub fn highest_frequency(&self) -> f64 {
+        let highest = self.stiffness[..self.mode_count]
+            .iter()
+            .fold(0.0, |a: f64, k| a.max(*k));
+        self.effects
+            .iter()
+            .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()))
+    }
+
+    /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.
+    pub fn stored_energy(&self, x: &State) -> f64 {
+        self.beam
+            .modes()
+            .iter()
+            .enumerate()
+            .map(|(j, m)| {
+                0.5 * m.mass * (x[2 * j + 1].powi(2) + self.stiffness[j] * x[2 * j].powi(2))
+            })
+            .sum()
+    }
+
+    /// Power in W that structural damping takes: `sum 2 D_j w_j m_j q_j'^2`.
+    pub fn structural_dissipation(&self, x: &State) -> f64 {
+        self.beam
+            .modes()
+            .iter()
+            .enumerate()
+            .map(|(j, m)| self.damping[j] * m.mass * x[2 * j + 1].powi(2))
+            .sum()
+    }
+}

@@ -1,0 +1,25 @@
+//! The modal state observer: contact force and friction characteristic from a measured tip
+//! displacement (Stelter 1992, section 5, and beyond).
+//!
+//! A pure library on slices in SI units; it knows nothing of FMUs or files.
+
+mod error;
+#[cfg(test)]
+mod identity;
+mod kernel;
+pub mod pole_observer;
+pub mod poles;
+pub mod segmentation;
+pub mod smoother;
+pub mod stick_slip;
+pub mod structure;
+pub mod whiteness;
+
+pub use error::ObserverError;
+pub use pole_observer::{Observed, TimeForm, observe};
+pub use poles::PoleRule;
+pub use segmentation::{Phase, PhaseMode, SegmentSettings, segments};
+pub use smoother::{Settings, Smoothed, smooth};
+pub use stick_slip::{BeltVelocity, StickSlip, StickSlipSettings, smooth_stick_slip};
+pub use structure::{ForceModel, Mode, Structure};
+pub use whiteness::Whiteness;
