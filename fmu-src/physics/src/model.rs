@@ -429,7 +429,7 @@ impl Model {
 
     /// Jumps of the effects' states at the arrival in stick.
     pub fn on_stick(&self, x: &mut State) {
-        for e in &self.effects {
+        for e in self.effects.iter() {
             e.effect
                 .on_stick(&mut x[e.first_state..e.first_state + e.state_count]);
         }
