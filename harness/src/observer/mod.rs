@@ -4,6 +4,7 @@
 //! A pure library on slices in SI units; it knows nothing of FMUs or files.
 
 mod error;
+pub mod frequencies;
 #[cfg(test)]
 mod identity;
 mod kernel;
@@ -16,6 +17,7 @@ pub mod structure;
 pub mod whiteness;
 
 pub use error::ObserverError;
+pub use frequencies::{FrequencyEstimate, estimate_frequencies};
 pub use pole_observer::{Observed, TimeForm, observe};
 pub use poles::PoleRule;
 pub use segmentation::{Phase, PhaseMode, SegmentSettings, segments};
