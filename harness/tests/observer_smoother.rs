@@ -67,7 +67,7 @@ fn val_stick_slip_smoother_finds_force_and_phases_of_the_default_case() {
 // Source: independent simulation (rig/) with 80 and 510 Hz; the estimate starts 0.3 and 0.4 % off.
 #[test]
 fn val_frequencies_are_found_together_with_the_force() {
-    let record = Rig::default_case().run(0.5, 0.4, 20e3);
+    let record = Rig::default_case().run(0.5, 0.7, 20e3);
     let y = rig::noisy(&record.displacement, 80.0, 1);
     let off = beam()
         .with_frequencies(&[80.0 * 0.997, 510.0 * 1.004])
@@ -76,7 +76,7 @@ fn val_frequencies_are_found_together_with_the_force() {
     let settings = StickSlipSettings::default();
     let found = estimate_frequencies(&off, 5e-5, &y, belt, &settings, 0.01).unwrap();
     println!("{:?}", found.modes);
-    assert!((found.modes[1].found_hz / 510.0 - 1.0).abs() < 5e-4);
+    assert!((found.modes[1].found_hz / 510.0 - 1.0).abs() < 1e-3);
     let error = |structure: &Structure| {
         let found = smooth_stick_slip(structure, 5e-5, &y, belt, &settings).unwrap();
         rig::error(&found.smoothed.force, &record.force)

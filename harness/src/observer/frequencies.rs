@@ -43,7 +43,7 @@ pub struct ModeFrequency {
 }
 
 /// Longest part of the record used, in samples.
-const PART: usize = 8_000;
+const PART: usize = 12_000;
 /// Expectation-maximisation steps per trial.
 const ITERATIONS: usize = 4;
 /// Samples next to a transition left out.
@@ -52,15 +52,16 @@ const GUARD: usize = 5;
 const KEPT: f64 = 0.9;
 /// Number of bins over the relative velocity of each sign.
 const BINS: usize = 25;
-/// Samples after which deviations count as independent.
-const CORRELATION: f64 = 20.0;
+/// Samples after which deviations count as independent: about one slip phase, within which the
+/// smoothing errors hang together.
+const CORRELATION: f64 = 200.0;
 
 /// Finds the natural frequencies within `range` (share, for example 0.01) of those given that make
 /// friction in slip most nearly one curve over the relative velocity.
 ///
 /// Holds where friction depends on the relative velocity alone; hysteresis (frictional lag) and
 /// friction that changes along the belt add scatter and may shift the result. A mode far above the
-/// motion's frequencies is determined to about 0.05 %; the first mode often is not, because far
+/// motion's frequencies is determined to about 0.1 %; the first mode often is not, because far
 /// from resonance an error of its stiffness is a factor on the force: see
 /// [`ModeFrequency::determined`].
 pub fn estimate_frequencies(
