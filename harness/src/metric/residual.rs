@@ -20,8 +20,8 @@ pub struct AlignedResidual {
 /// A self-excited motion has no clock: model and measurement drift apart in phase however good the model is, and a plain
 /// difference would mostly show the drift. So the measurement is cut into stretches of one `period` (s). For the first,
 /// the shift of the model is searched over two periods; for each further one within a quarter period of the shift
-/// before. What remains is the difference in shape and size. `model_time` must reach two periods beyond both ends of
-/// `time` for every shift to be possible; shifts that leave the model are not tried.
+/// before. What remains is the difference in shape and size. Shifts stay where the model covers the whole record, so it
+/// should reach some periods beyond both ends.
 ///
 /// The drift itself is not lost: it is the difference of the periods, a metric of its own.
 pub fn aligned_residual(
@@ -30,6 +30,7 @@ pub fn aligned_residual(
     model: &ModelMotion,
     period: f64,
 ) -> AlignedResidual {
+    let bounds = model.shifts_covering(time);
     let mut aligned = Vec::with_capacity(time.len());
     let mut shifts = Vec::new();
     let mut first = 0;
@@ -43,8 +44,8 @@ pub fn aligned_residual(
         let misfit =
             |shift: f64| model.misfit(&time[stretch.clone()], &measured[stretch.clone()], shift);
         let shift = match shifts.last() {
-            None => search(misfit, 0.0, period, 120),
-            Some(&before) => search(misfit, before, period / 4.0, 40),
+            None => search(misfit, 0.0, period, 120, bounds),
+            Some(&before) => search(misfit, before, period / 4.0, 40, bounds),
         };
         aligned.extend(time[stretch].iter().map(|t| model.at(t + shift)));
         shifts.push(shift);
@@ -59,14 +60,21 @@ pub fn aligned_residual(
     }
 }
 
-/// Smallest `misfit` within `reach` of `centre`: the best of a grid, then golden section about it.
-fn search(misfit: impl Fn(f64) -> f64, centre: f64, reach: f64, points: usize) -> f64 {
+/// Smallest `misfit` within `reach` of `centre` and inside `bounds`: the best of a grid, then golden section about it.
+fn search(
+    misfit: impl Fn(f64) -> f64,
+    centre: f64,
+    reach: f64,
+    points: usize,
+    (lowest, highest): (f64, f64),
+) -> f64 {
+    let inside = |shift: f64| shift.max(lowest).min(highest);
     let step = 2.0 * reach / points as f64;
-    let grid = (0..=points).map(|i| centre - reach + i as f64 * step);
+    let grid = (0..=points).map(|i| inside(centre - reach + i as f64 * step));
     let best = grid
         .min_by(|a, b| misfit(*a).total_cmp(&misfit(*b)))
         .unwrap_or(centre);
-    let (mut low, mut high) = (best - step, best + step);
+    let (mut low, mut high) = (inside(best - step), inside(best + step));
     let golden = 0.618_033_988_75;
     for _ in 0..24 {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
@@ -104,6 +112,17 @@ impl ModelMotion<'_> {
         }
         let i = at as usize;
         self.values[i] + (at - i as f64) * (self.values[i + 1] - self.values[i])
+    }
+
+    /// Smallest and largest shift that keep every time of the record inside the model.
+    fn shifts_covering(&self, time: &[f64]) -> (f64, f64) {
+        let end = self.start + (self.values.len() - 1) as f64 * self.interval;
+        // A hundredth of a sample keeps rounding from leaving the model.
+        let margin = 0.01 * self.interval;
+        (
+            self.start - time[0] + margin,
+            end - time[time.len() - 1] - margin,
+        )
     }
 
     fn misfit(&self, time: &[f64], measured: &[f64], shift: f64) -> f64 {
