@@ -289,17 +289,17 @@ fn energies(table: &mut Vec<Variable>) {
         (
             "belt_work",
             Quantity::EnergyBeltWork,
-            "Work of the friction force at the belt's velocity since the start",
+            "Work of the friction force at the belt's velocity since the start; read once before the first step",
         ),
         (
             "contact_dissipation",
             Quantity::EnergyContactDissipation,
-            "Heat in the contact since the start",
+            "Heat in the contact since the start; read once before the first step",
         ),
         (
             "structural_dissipation",
             Quantity::EnergyStructuralDissipation,
-            "Heat in the structure since the start",
+            "Heat in the structure since the start; read once before the first step",
         ),
     ];
     for (i, (name, quantity, description)) in items.into_iter().enumerate() {

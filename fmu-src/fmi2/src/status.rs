@@ -99,6 +99,12 @@ pub enum Fault {
         /// The condition in words.
         required: String,
     },
+    /// An energy was asked for too late.
+    #[error("{name} is accounted for only from the start on: read it once before the first step")]
+    EnergyNotAccounted {
+        /// Name of the variable.
+        name: &'static str,
+    },
     /// An argument that is not a variable is out of range.
     #[error("{function}: {argument} = {value} {unit} is not allowed: it must be {required}")]
     BadArgument {

@@ -95,15 +95,19 @@ impl<'a> View<'a> {
     fn outputs(&mut self) -> &Outputs {
         self.outputs.get_or_insert_with(|| self.run.outputs())
     }
-    fn energy(&mut self) -> &Energy {
-        self.energy
-            .get_or_insert_with(|| self.run.energy().unwrap_or_default())
+    /// Energies since the start; `None` while they are not accounted for.
+    fn energy(&mut self) -> Option<&Energy> {
+        if self.energy.is_none() {
+            self.energy = self.run.energy();
+        }
+        self.energy.as_ref()
     }
 
-    /// Value of a quantity; `set` is the value set before the run.
+    /// Value of a quantity; `set` is the value set before the run. `None` for energies that are not
+    /// accounted for yet.
     #[inline]
-    fn value(&mut self, quantity: Quantity, set: f64) -> f64 {
-        match quantity {
+    fn value(&mut self, quantity: Quantity, set: f64) -> Option<f64> {
+        Some(match quantity {
             Quantity::MeasuredDisplacement => {
                 let run = self.run;
                 run.model().measured_displacement(self.state())
@@ -125,7 +129,7 @@ impl<'a> View<'a> {
             }
             Quantity::ContactMode => {
                 if self.run.model().has_memory() {
-                    return 2.0;
+                    return Some(2.0);
                 }
                 match self.run.contact_mode() {
                     ContactMode::Backward => -1.0,
@@ -141,9 +145,9 @@ impl<'a> View<'a> {
                 let run = self.run;
                 run.model().stored_energy(self.state())
             }
-            Quantity::EnergyBeltWork => self.energy().belt_work,
-            Quantity::EnergyContactDissipation => self.energy().contact_dissipation,
-            Quantity::EnergyStructuralDissipation => self.energy().structural_dissipation,
+            Quantity::EnergyBeltWork => self.energy()?.belt_work,
+            Quantity::EnergyContactDissipation => self.energy()?.contact_dissipation,
+            Quantity::EnergyStructuralDissipation => self.energy()?.structural_dissipation,
             Quantity::Mode(j, ModeItem::Displacement) => self.state_or(2 * j, j, set),
             Quantity::Mode(j, ModeItem::Velocity) => self.state_or(2 * j + 1, j, set),
             Quantity::EffectState(card, i) => match self.run.model().effect_states(card) {
@@ -151,7 +155,7 @@ impl<'a> View<'a> {
                 None => set,
             },
             _ => set,
-        }
+        })
     }
 
     /// A modal coordinate; those of modes that are not in use keep the value set.
@@ -191,12 +195,32 @@ impl Content {
         let mut view = View::new(run);
         for (position, &reference) in references.iter().enumerate() {
             let index = find(reference, access)?;
-            write(
-                position,
-                view.value(variables()[index].quantity, self.values[index]),
-            );
+            let quantity = variables()[index].quantity;
+            let value = match view.value(quantity, self.values[index]) {
+                Some(value) => value,
+                None => {
+                    self.begin_energy(index)?;
+                    view = View::new(self.run.as_ref().expect("there was one"));
+                    view.value(quantity, self.values[index]).unwrap_or(0.0)
+                }
+            };
+            write(position, value);
         }
         Ok(())
+    }
+
+    /// Energies cost about as much as the motion, so they are accounted for only in runs whose master
+    /// reads one before the first step, as every master does that records it.
+    fn begin_energy(&mut self, index: usize) -> Result<(), Fault> {
+        match &mut self.run {
+            Some(run) if self.time == self.experiment.start => {
+                run.account_energy();
+                Ok(())
+            }
+            _ => Err(Fault::EnergyNotAccounted {
+                name: &variables()[index].name,
+            }),
+        }
     }
 
     /// Sets variables to the values that `read(position)` gives: all of them, or none.

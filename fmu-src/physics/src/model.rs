@@ -251,17 +251,16 @@ impl Model {
 
     /// Friction capacity mu(|v_r|) F_N in N while sliding.
     fn capacity(&self, m: &Motion, x: &State) -> f64 {
-        let mut speed = m.speed;
-        let mut term = 0.0;
+        let speed = self
+            .effects
+            .iter()
+            .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
+            .unwrap_or(m.speed);
+        let mut coefficient = self.friction.coefficient(speed);
         for e in self.effects.iter() {
-            if let Some(lagged) = e.effect.lagged_speed(self.states(e, x)) {
-                speed = lagged;
-            }
-            term += e.effect.friction_term(m);
+            coefficient += e.effect.friction_term(speed);
         }
-        (self.friction.coefficient(speed) + term).max(0.0)
-            * self.friction_factor(m)
-            * self.effective_normal_force(m)
+        coefficient.max(0.0) * self.friction_factor(m) * self.effective_normal_force(m)
     }
 
     /// Largest friction force in N that stick can carry.

@@ -14,8 +14,10 @@ use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
 use crate::parameters::ModelParameters;
 
-/// Largest number of transitions in one advance before the run is given up as stalled.
-const MAX_TRANSITIONS_PER_ADVANCE: u64 = 2_000_000;
+/// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
+const LEAST_PROGRESS: f64 = 1e-9;
+/// Number of steps after which progress is judged.
+const PATIENCE: u64 = 200_000;
 /// Nodes at which a static limit that varies in time is interpolated.
 const LIMIT_NODES: usize = 9;
 
@@ -290,11 +292,7 @@ impl Simulation {
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
         let wants_stick = match contact {
-            StartContact::Automatic => {
-                let (_, velocity) = self.model.tip(&x);
-                v_r.abs()
-                    <= 1e-12 * (self.model.inputs.belt_velocity_at(t).abs() + velocity.abs() + 1e-6)
-            }
+            StartContact::Automatic => self.is_at_rest(t, &x),
             StartContact::Stick => true,
             StartContact::Slip => false,
         };
@@ -332,7 +330,7 @@ impl Simulation {
         self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
-        self.departed = false;
+        self.departed = self.front_mode != ContactMode::Stuck && !self.is_at_rest(self.time, &x);
         self.stepper.next_length = self.first_slip_step;
         self.begin_piece();
         Ok(())
@@ -356,6 +354,13 @@ impl Simulation {
         }
     }
 
+    /// Whether v_r is zero to rounding.
+    fn is_at_rest(&self, t: f64, x: &State) -> bool {
+        let (_, velocity) = self.model.tip(x);
+        let belt = self.model.inputs.belt_velocity_at(t);
+        self.model.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
+    }
+
     /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
     fn mode_at_rest(&self, t: f64, x: &State) -> ContactMode {
         let force = self.model.constraint_force(t, x);
@@ -376,6 +381,8 @@ impl Simulation {
             ..inputs
         };
         inputs.check()?;
+        // What lies ahead in the segment is dropped, what has passed is not.
+        self.count_energy(self.time);
         let x = self.state();
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
@@ -430,17 +437,21 @@ impl Simulation {
     /// # Errors
     /// A motion that is no longer finite, or no progress in time; the run stays at the last good time.
     pub fn advance_to(&mut self, t: f64) -> Result<(), PhysicsError> {
-        let before = self.transition_count;
+        let (mut steps, mut since) = (0, (self.time, self.transition_count));
         while t >= self.segment.end {
             self.time = self.segment.end;
             self.finish_segment();
             self.next_segment()?;
-            if self.transition_count - before > MAX_TRANSITIONS_PER_ADVANCE {
-                return Err(PhysicsError::Stalled {
-                    time: self.segment.start,
-                    step: self.segment.length,
-                    transitions: self.transition_count - before,
-                });
+            steps += 1;
+            if steps % PATIENCE == 0 {
+                if self.time - since.0 < LEAST_PROGRESS * PATIENCE as f64 {
+                    return Err(PhysicsError::Stalled {
+                        time: self.time,
+                        step: self.segment.length,
+                        transitions: self.transition_count - since.1,
+                    });
+                }
+                since = (self.time, self.transition_count);
             }
         }
         self.time = t;
@@ -460,16 +471,19 @@ impl Simulation {
         }
     }
 
+    /// Counts the energy that flows in the present segment up to time `until` in s.
+    fn count_energy(&mut self, until: f64) {
+        if self.energy.is_some() {
+            self.ready_segment();
+        }
+        if let Some(energy) = &mut self.energy {
+            energy.add(&self.model, &self.segment, self.segment_mode, until);
+        }
+    }
+
     /// Counts what the finished segment ended with.
     fn finish_segment(&mut self) {
-        if let Some(energy) = &mut self.energy {
-            energy.add(
-                &self.model,
-                &self.segment,
-                self.segment_mode,
-                self.segment.end,
-            );
-        }
+        self.count_energy(self.segment.end);
         if let End::Event(transition) = self.end {
             self.note(transition);
             self.end = End::Smooth;
@@ -494,7 +508,7 @@ impl Simulation {
     fn next_segment(&mut self) -> Result<(), PhysicsError> {
         self.segment_mode = self.front_mode;
         if self.front_mode != ContactMode::Stuck {
-            self.slip_segment()?;
+            self.slip_segment(false)?;
         } else {
             self.stick_segment()?;
         }
@@ -518,13 +532,13 @@ impl Simulation {
         }
     }
 
-    /// One step of slip, ended early where v_r comes back to zero.
-    fn slip_segment(&mut self) -> Result<(), PhysicsError> {
-        let mode = self.front_mode;
-        let sign = mode.sign();
+    /// One step of slip, ended early where v_r comes back to zero; `turned` where the direction of the
+    /// slip has just been corrected.
+    fn slip_segment(&mut self, turned: bool) -> Result<(), PhysicsError> {
+        let sign = self.front_mode.sign();
         let system = InMode {
             model: &self.model,
-            mode,
+            mode: self.front_mode,
         };
         if self
             .stepper
@@ -551,6 +565,14 @@ impl Simulation {
             } else {
                 first_below_zero(&gap[1..=degree], 0.0, 1.0)
             };
+            // A law with memory has no break-away force that tells the direction of slip from rest.
+            let astray = gap[1] < 0.0 || (root.is_none() && end_gap < 0.0);
+            if self.model.has_memory() && !self.departed && !turned && astray {
+                self.front_mode = ContactMode::slip_towards(-sign);
+                self.segment_mode = self.front_mode;
+                self.begin_piece();
+                return self.slip_segment(true);
+            }
         }
         match root {
             Some(theta) if theta * self.segment.length > 0.0 => self.arrive(theta, sign),
@@ -815,14 +837,14 @@ impl Simulation {
     }
 
     /// The rates of the observables at the present time, each per second. The motion's own are exact,
-    /// the others central differences on the present segment (1e-7 relative).
+    /// the others central differences on the present segment (1e-6 relative).
     ///
     /// # Errors
     /// As [`Simulation::advance_to`].
     pub fn output_rates(&mut self) -> Result<Outputs, PhysicsError> {
         // A run that has just been placed has no segment yet.
         self.advance_to(self.time)?;
-        let step = 1e-4 * self.segment.length;
+        let step = 1e-3 * self.segment.length;
         let (a, now, b) = (
             self.outputs_at(self.time - step),
             self.outputs(),

@@ -90,13 +90,21 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<Candidate>, Error> {
     let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
         return Ok(Vec::new());
     };
-    let broken = |problem: String| Error::FmuDescription { path: fmu.path().to_owned(), problem };
-    let document = roxmltree::Document::parse(xml).map_err(|e| broken(format!("the list of effects can't be read: {e}")))?;
-    let text = |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap_or_default().to_owned();
+    let broken = |problem: String| Error::FmuDescription {
+        path: fmu.path().to_owned(),
+        problem,
+    };
+    let document = roxmltree::Document::parse(xml)
+        .map_err(|e| broken(format!("the list of effects can't be read: {e}")))?;
+    let text =
+        |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap_or_default().to_owned();
     let number = |node: &roxmltree::Node, name: &str| -> Result<f64, Error> {
-        text(node, name)
-            .parse()
-            .map_err(|_| broken(format!("effect parameter {}: {name} is not a number", text(node, "name"))))
+        text(node, name).parse().map_err(|_| {
+            broken(format!(
+                "effect parameter {}: {name} is not a number",
+                text(node, "name")
+            ))
+        })
     };
     let mut out = Vec::new();
     for node in document.descendants().filter(|n| n.has_tag_name("Effect")) {

@@ -18,6 +18,8 @@ pub struct Effort {
     pub iterations: usize,
     /// Every how many-th sample is used.
     pub stride: usize,
+    /// Share of each shot that is used, from its start.
+    pub share: f64,
     /// A fit ends once Q falls by less than this share in an iteration.
     pub tolerance: f64,
     /// Whether shared and own knobs move, or only the start states.
@@ -33,6 +35,9 @@ pub struct Fit {
     pub point: Point,
     /// Objective there.
     pub objective: f64,
+    /// Objective without the fifth of the shots that fit worst: what fits are compared by, since one
+    /// grazing shot more or less says nothing about the model.
+    pub trimmed: f64,
     /// Mean square residual of each shot in m^2.
     pub mean_square: Vec<f64>,
     /// Covariance of the shared knobs on their scales (empty before it was asked for).
@@ -50,11 +55,11 @@ pub struct Data<'a> {
 }
 
 /// Directions in which a shot's start state may move: index of the state and its scale.
-fn directions(h: &Hypothesis, shot: &Shot) -> Vec<usize> {
+pub(super) fn directions(h: &Hypothesis, stuck: bool) -> Vec<usize> {
     let modal = 2 * h.modes;
     (0..modal + h.extra_states.len())
         // In rigid stick the first modal velocity follows from v_r = 0.
-        .filter(|&i| !(shot.stuck && !h.has_memory && i == 1))
+        .filter(|&i| !(stuck && !h.has_memory && i == 1))
         .collect()
 }
 
@@ -98,12 +103,18 @@ impl<'a, 'b> Fitter<'a, 'b> {
         }
     }
 
+    /// Times of a shot that are used.
+    fn used(&self, shot: &Shot) -> usize {
+        ((shot.time.len() as f64 * self.effort.share).ceil() as usize).clamp(2, shot.time.len())
+    }
+
     fn residual(&mut self, k: usize, point: &Point) -> Option<Vec<f64>> {
         let shot = &self.data.shots[k];
+        let used = self.used(shot);
         let mut out = std::mem::take(&mut self.buffer);
-        let result = self.predictor.predict(shot, &point.shared, &point.own[shot.run], &point.states[k], self.effort.stride, &mut out);
+        let result = self.predictor.predict(shot, &point.shared, &point.own[shot.run], &point.states[k], point.stuck[k], used, self.effort.stride, &mut out);
         let stride = self.effort.stride;
-        let residual = result.ok().map(|()| {
+        let residual = result.ok().filter(|done| *done).map(|_| {
             out.iter()
                 .enumerate()
                 .map(|(i, y)| if shot.trusted[i * stride] { shot.measured[i * stride] - y } else { 0.0 })
@@ -115,7 +126,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     fn count(&self, k: usize) -> f64 {
         let shot = &self.data.shots[k];
-        (shot.count as f64 / self.effort.stride as f64).max(1.0)
+        (shot.count as f64 * self.effort.share / self.effort.stride as f64).max(1.0)
     }
 
     fn loss(&self, k: usize, sum: f64) -> f64 {
@@ -148,6 +159,19 @@ impl<'a, 'b> Fitter<'a, 'b> {
         sum
     }
 
+    /// Adds the weak prior on deviations of the effects' states from equilibrium; `variance` is that of
+    /// the residuals that the system counts as one.
+    fn add_state_prior(&self, list: &[usize], state: &[f64], variance: f64, xx: &mut DMatrix<f64>, gx: &mut DVector<f64>) {
+        let modal = 2 * self.hypothesis.modes;
+        for (c, &i) in list.iter().enumerate() {
+            if i >= modal {
+                let precision = variance * (10.0 * self.hypothesis.extra_states[i - modal].1).powi(-2);
+                xx[(c, c)] += precision;
+                gx[c] -= precision * state[i];
+            }
+        }
+    }
+
     fn runs(&self) -> Vec<usize> {
         let mut runs: Vec<usize> = self.data.shots.iter().map(|s| s.run).collect();
         runs.sort_unstable();
@@ -174,20 +198,22 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let residual = self.residual(k, point)?;
         let n = residual.len();
         let noise = self.data.noise[shot.run];
+        let used = self.used(shot);
         let target = (0.3 * noise).max(3e-9);
-        let list = directions(h, shot);
+        let stuck = point.stuck[k];
+        let list = directions(h, stuck);
         let own = h.own[shot.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut knobs = DMatrix::zeros(n, h.shared.len() + own);
-        let mut trial = Point { shared: point.shared.clone(), own: vec![Vec::new(); point.own.len()], states: Vec::new() };
+        let mut trial = Point { shared: point.shared.clone(), own: vec![Vec::new(); point.own.len()], states: Vec::new(), stuck: Vec::new() };
         trial.own[shot.run] = point.own[shot.run].clone();
         let mut state = point.states[k].clone();
         let stride = self.effort.stride;
         let mut out = Vec::new();
         let mut column = |this: &mut Self, trial: &Point, state: &[f64], step: f64, into: &mut [f64]| -> f64 {
-            let done = this.predictor.predict(shot, &trial.shared, &trial.own[shot.run], state, stride, &mut out);
+            let done = this.predictor.predict(shot, &trial.shared, &trial.own[shot.run], state, stuck, used, stride, &mut out);
             let mut norm = 0.0;
-            if done.is_ok() {
+            if matches!(done, Ok(true)) {
                 for (i, y) in out.iter().enumerate() {
                     let changed = if shot.trusted[i * stride] { shot.measured[i * stride] - y } else { 0.0 };
                     let slope = (residual[i] - changed) / step;
@@ -234,13 +260,123 @@ impl<'a, 'b> Fitter<'a, 'b> {
         Some(Linear { residual, states, knobs })
     }
 
+    fn sum(&mut self, k: usize, point: &Point) -> f64 {
+        self.residual(k, point).map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum())
+    }
+
+    /// Fits the start state of one shot alone, from the start it has in `point`.
+    fn fit_start(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {
+        let knobs = std::mem::replace(&mut self.effort.knobs, false);
+        let mut sum = self.sum(k, point);
+        let mut damping = 1e-3;
+        for _ in 0..iterations {
+            let Some(l) = self.linearise(k, point) else { break };
+            let list = directions(self.hypothesis, point.stuck[k]);
+            let mut xx = l.states.tr_mul(&l.states);
+            let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
+            self.add_state_prior(&list, &point.states[k], sum / self.count(k), &mut xx, &mut gx);
+            let before = sum;
+            for _ in 0..4 {
+                if let Some(inverse) = scaled_inverse(&xx, damping) {
+                    let step = inverse * &gx;
+                    let old = point.states[k].clone();
+                    for (c, &i) in list.iter().enumerate() {
+                        point.states[k][i] += step[c];
+                    }
+                    let new = self.sum(k, point);
+                    if new < sum {
+                        sum = new;
+                        damping *= 0.1;
+                        break;
+                    }
+                    point.states[k] = old;
+                }
+                damping *= 10.0;
+            }
+            if before - sum < 1e-2 * before {
+                break;
+            }
+        }
+        self.effort.knobs = knobs;
+        sum
+    }
+
+    /// Tries for each shot the start that another fit found, and keeps it where it is better.
+    pub fn borrow(&mut self, point: &mut Point, sums: &mut [f64], other: &Point) {
+        for k in 0..sums.len() {
+            let noise = self.data.noise[self.data.shots[k].run];
+            if sums[k] < 4.0 * self.count(k) * noise * noise {
+                continue;
+            }
+            let mine = point.start(k);
+            let modal = 2 * self.hypothesis.modes;
+            point.states[k][..modal].copy_from_slice(&other.states[k][..modal]);
+            point.stuck[k] = other.stuck[k];
+            let sum = self.fit_start(k, point, 4);
+            if sum < sums[k] {
+                sums[k] = sum;
+            } else {
+                point.states[k] = mine.state;
+                point.stuck[k] = mine.stuck;
+            }
+        }
+    }
+
+    /// Gives shots that fit far worse than the others another start: the end of the shot before, the
+    /// smoothed state, and both with the other mode of the contact.
+    pub fn revive(&mut self, point: &mut Point, sums: &mut [f64]) {
+        let ratio = |this: &Self, k: usize, sum: f64| {
+            let noise = this.data.noise[this.data.shots[k].run];
+            sum / (this.count(k) * noise * noise)
+        };
+        let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
+        sorted.sort_by(f64::total_cmp);
+        let limit = 16.0 * sorted[sorted.len() * 2 / 5].max(1.0);
+        for k in 0..sums.len() {
+            if ratio(self, k, sums[k]) < limit {
+                continue;
+            }
+            let shot = &self.data.shots[k];
+            let mut starts = Vec::new();
+            if k > 0 && self.data.shots[k - 1].run == shot.run && ratio(self, k - 1, sums[k - 1]) < limit {
+                let _ = self.sum(k - 1, point);
+                if let Ok(start) = self.predictor.carry_on(shot) {
+                    starts.push(start);
+                }
+            }
+            let mut smoothed = shot.state.clone();
+            smoothed.resize(point.states[k].len(), 0.0);
+            starts.push(super::predictor::ShotStart { state: smoothed.clone(), stuck: !shot.stuck });
+            starts.push(super::predictor::ShotStart { state: smoothed, stuck: shot.stuck });
+            let mut best = (sums[k], point.start(k));
+            for start in starts {
+                point.states[k] = start.state;
+                point.stuck[k] = start.stuck;
+                let sum = self.fit_start(k, point, 5);
+                if sum < best.0 {
+                    best = (sum, point.start(k));
+                }
+                if ratio(self, k, best.0) < limit {
+                    break;
+                }
+            }
+            sums[k] = best.0;
+            point.states[k] = best.1.state;
+            point.stuck[k] = best.1.stuck;
+        }
+    }
+
     /// Minimises the objective from `start`.
     pub fn run(&mut self, start: Point) -> Fit {
         let mut point = start;
         let (mut objective, mut sums) = self.evaluate(&point);
         let mut damping = 1e-3;
         let mut covariance = None;
-        for _ in 0..self.effort.iterations {
+        for iteration in 0..self.effort.iterations {
+            if iteration >= 2 && iteration % 4 == 2 {
+                self.revive(&mut point, &mut sums);
+                objective = self.total(&point, &sums);
+            }
             let system = Normal::assemble(self, &point, &sums);
             let before = objective;
             let mut accepted = false;
@@ -265,8 +401,9 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 break;
             }
         }
+        let trimmed = self.trimmed(&point, &sums);
         let mean_square = sums.iter().enumerate().map(|(k, s)| s / self.count(k)).collect();
-        Fit { point, objective, mean_square, covariance }
+        Fit { point, objective, trimmed, mean_square, covariance }
     }
 
     /// Evaluates a trial; where a shot fared much worse than before, its old start state gets a chance.
@@ -283,8 +420,19 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 }
             }
         }
-        let q = self.prior_loss(&trial) + sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).sum::<f64>();
+        let q = self.total(&trial, &sums);
         (trial, q, sums)
+    }
+
+    fn trimmed(&self, point: &Point, sums: &[f64]) -> f64 {
+        let mut losses: Vec<f64> = sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).collect();
+        losses.sort_by(f64::total_cmp);
+        losses.truncate((losses.len() * 4).div_ceil(5));
+        self.prior_loss(point) + losses.iter().sum::<f64>()
+    }
+
+    fn total(&self, point: &Point, sums: &[f64]) -> f64 {
+        self.prior_loss(point) + sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).sum::<f64>()
     }
 }
 
@@ -340,7 +488,6 @@ impl Normal {
             own_first,
             moves: f.effort.knobs,
         };
-        let modal = 2 * h.modes;
         for k in 0..f.data.shots.len() {
             let shot = &f.data.shots[k];
             let n = f.count(k);
@@ -351,16 +498,10 @@ impl Normal {
             };
             let weight = f.data.weight / (noise * noise + sums[k] / n);
             let r = DVector::from_vec(l.residual);
-            let list = directions(h, shot);
+            let list = directions(h, point.stuck[k]);
             let mut xx = weight * l.states.tr_mul(&l.states);
             let mut gx = weight * l.states.tr_mul(&r);
-            for (c, &i) in list.iter().enumerate() {
-                if i >= modal {
-                    let precision = (10.0 * h.extra_states[i - modal].1).powi(-2);
-                    xx[(c, c)] += precision;
-                    gx[c] -= precision * point.states[k][i];
-                }
-            }
+            f.add_state_prior(&list, &point.states[k], 1.0, &mut xx, &mut gx);
             let first = normal.own_first[shot.run];
             let columns: Vec<usize> = (0..shared).chain(first..first + h.own[shot.run].len()).collect();
             let xk = weight * l.states.tr_mul(&l.knobs);
@@ -497,7 +638,7 @@ fn scaled_solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f
     Some(solution.component_mul(&scale))
 }
 
-fn scaled_inverse(matrix: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
+pub(super) fn scaled_inverse(matrix: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
     let scale = scaling(matrix);
     let inverse = scaled(matrix, &scale, damping).cholesky()?.inverse();
     Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] * scale[i] * scale[j]))

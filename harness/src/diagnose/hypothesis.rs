@@ -25,6 +25,8 @@ pub struct References {
     pub inputs: [u32; 2],
     /// measured_displacement.
     pub measured: u32,
+    /// contact_mode (an enumeration, 0 = stick).
+    pub contact_mode: u32,
     /// start.contact (an enumeration).
     pub contact: u32,
     /// start.effects (an enumeration).
@@ -52,6 +54,7 @@ impl References {
         Ok(Self {
             inputs: [one("belt_velocity")?, one("normal_force")?],
             measured: one("measured_displacement")?,
+            contact_mode: one("contact_mode")?,
             contact: one("start.contact")?,
             start_effects: one("start.effects")?,
             mode_count: one("mode_count")?,
@@ -66,8 +69,14 @@ impl References {
 /// # Errors
 /// Modal data that no structure can have.
 pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
-    let start = |name: String| -> Result<f64, Error> { Ok(fmu.variable(&name)?.start_number().unwrap_or(f64::NAN)) };
-    let count = if beam.natural_frequencies_hz.is_empty() { start("mode_count".into())? as usize } else { beam.natural_frequencies_hz.len() };
+    let start = |name: String| -> Result<f64, Error> {
+        Ok(fmu.variable(&name)?.start_number().unwrap_or(f64::NAN))
+    };
+    let count = if beam.natural_frequencies_hz.is_empty() {
+        start("mode_count".into())? as usize
+    } else {
+        beam.natural_frequencies_hz.len()
+    };
     let mut modes = Vec::new();
     for j in 0..count {
         let of = |list: &[f64], item: &str| match list.get(j) {
@@ -84,7 +93,10 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
             tip_value: of(&beam.tip_values, "tip_value")?,
         });
     }
-    Structure::new(modes).map_err(|source| Error::Observer { run: "[beam]".into(), source })
+    Structure::new(modes).map_err(|source| Error::Observer {
+        run: "[beam]".into(),
+        source,
+    })
 }
 
 /// The reference model with the effects chosen, ready to be fitted to a campaign.
@@ -115,37 +127,75 @@ impl Hypothesis {
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
-    pub fn new(fmu: &Fmu, campaign: &Campaign, catalogue: &[Candidate], choices: &[Choice], travel: &[(f64, f64)], spread: f64) -> Result<Self, Error> {
+    pub fn new(
+        fmu: &Fmu,
+        campaign: &Campaign,
+        catalogue: &[Candidate],
+        choices: &[Choice],
+        travel: &[(f64, f64)],
+        spread: f64,
+    ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
-        let start = |name: &str| -> Result<f64, Error> { Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN)) };
+        let start = |name: &str| -> Result<f64, Error> {
+            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
+        };
         let mut shared = Vec::new();
         let mut fixed = Vec::new();
-        let log = |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| Knob {
-            name,
-            unit: unit.to_owned(),
-            targets: vec![(reference, 1.0)],
-            scale: Scale::Log,
-            prior: value,
-            prior_std: std,
-            min: value / factor,
-            max: value * factor,
-            step: 0.02 * std,
-            support: None,
-        };
+        let log =
+            |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| Knob {
+                name,
+                unit: unit.to_owned(),
+                targets: vec![(reference, 1.0)],
+                scale: Scale::Log,
+                prior: value,
+                prior_std: std,
+                min: value / factor,
+                max: value * factor,
+                step: 0.02 * std,
+                support: None,
+            };
         let modes = structure.modes();
         let mut mass_targets = Vec::new();
         for (j, mode) in modes.iter().enumerate() {
             let at = |item: &str| format!("mode[{}].{item}", j + 1);
-            shared.push(log(at("frequency"), "Hz", reference(&at("frequency"))?, mode.frequency_hz, 0.006, 1.06));
-            shared.push(log(at("damping_ratio"), "1", reference(&at("damping_ratio"))?, mode.damping_ratio.max(1e-6), 0.5, 30.0));
+            shared.push(log(
+                at("frequency"),
+                "Hz",
+                reference(&at("frequency"))?,
+                mode.frequency_hz,
+                0.006,
+                1.06,
+            ));
+            shared.push(log(
+                at("damping_ratio"),
+                "1",
+                reference(&at("damping_ratio"))?,
+                mode.damping_ratio.max(1e-6),
+                0.5,
+                30.0,
+            ));
             fixed.push((reference(&at("tip_value"))?, mode.tip_value));
             mass_targets.push((reference(&at("mass"))?, mode.mass_kg / modes[0].mass_kg));
         }
-        shared.push(Knob { targets: mass_targets, ..log("mass".into(), "kg", 0, modes[0].mass_kg, 0.015, 1.15) });
-        for (item, unit, std, factor) in [("mu_0", "1", 0.1, 3.0), ("v1", "m/s", 0.2, 5.0), ("c2", "s/m", 0.4, 6.0)] {
+        shared.push(Knob {
+            targets: mass_targets,
+            ..log("mass".into(), "kg", 0, modes[0].mass_kg, 0.015, 1.15)
+        });
+        for (item, unit, std, factor) in [
+            ("mu_0", "1", 0.1, 3.0),
+            ("v1", "m/s", 0.2, 5.0),
+            ("c2", "s/m", 0.4, 6.0),
+        ] {
             let name = format!("friction.{item}");
-            shared.push(log(name.clone(), unit, reference(&name)?, start(&name)?, std, factor));
+            shared.push(log(
+                name.clone(),
+                unit,
+                reference(&name)?,
+                start(&name)?,
+                std,
+                factor,
+            ));
         }
         shared.push(Knob {
             name: "friction.a1".into(),
@@ -159,7 +209,16 @@ impl Hypothesis {
             step: 0.002,
             support: None,
         });
-        let level = Knob { ..log("friction.level".into(), "1", reference("friction.level")?, 1.0, 0.03, 4.0) };
+        let level = Knob {
+            ..log(
+                "friction.level".into(),
+                "1",
+                reference("friction.level")?,
+                1.0,
+                0.03,
+                4.0,
+            )
+        };
         let offset = Knob {
             name: "sensor.offset".into(),
             unit: "m".into(),
@@ -186,14 +245,26 @@ impl Hypothesis {
                 if choice.settings.iter().any(|s| s.0 == index) {
                     continue;
                 }
-                let scale = if p.role == Role::Shape && p.min > 0.0 { Scale::Log } else { Scale::Linear };
-                let typical = if scale == Scale::Log { 1.0 } else { p.typical.abs() };
+                let scale = if p.role == Role::Shape && p.min > 0.0 {
+                    Scale::Log
+                } else {
+                    Scale::Linear
+                };
+                let typical = if scale == Scale::Log {
+                    1.0
+                } else {
+                    p.typical.abs()
+                };
                 let knob = Knob {
                     name: format!("{}.{}", effect.id, p.name),
                     unit: p.unit.clone(),
                     targets: vec![(p.reference, 1.0)],
                     scale,
-                    prior: if p.role == Role::Shape { p.typical } else { 0.0 },
+                    prior: if p.role == Role::Shape {
+                        p.typical
+                    } else {
+                        0.0
+                    },
                     prior_std: match (p.role, scale) {
                         (Role::Node, _) => 0.2,
                         (Role::Phase, _) => 100.0,
@@ -218,7 +289,15 @@ impl Hypothesis {
             }
             add_profile(effect, travel, &mut own)?;
         }
-        Ok(Self { choices: choices.to_vec(), shared, own, fixed, extra_states, has_memory, modes: modes.len() })
+        Ok(Self {
+            choices: choices.to_vec(),
+            shared,
+            own,
+            fixed,
+            extra_states,
+            has_memory,
+            modes: modes.len(),
+        })
     }
 
     /// Position of the shared knob with a name.
@@ -228,10 +307,26 @@ impl Hypothesis {
 }
 
 /// Gives each run the nodes of a profile over the belt travel that it covers.
-fn add_profile(effect: &Candidate, travel: &[(f64, f64)], own: &mut [Vec<Knob>]) -> Result<(), Error> {
-    let nodes: Vec<_> = effect.parameters.iter().filter(|p| p.role == Role::Node).collect();
-    let setting = |name: &str| effect.parameters.iter().find(|p| p.name == name).map(|p| p.reference);
-    let (Some(length), Some(start), Some(count)) = (setting("length"), setting("start"), setting("count")) else {
+fn add_profile(
+    effect: &Candidate,
+    travel: &[(f64, f64)],
+    own: &mut [Vec<Knob>],
+) -> Result<(), Error> {
+    let nodes: Vec<_> = effect
+        .parameters
+        .iter()
+        .filter(|p| p.role == Role::Node)
+        .collect();
+    let setting = |name: &str| {
+        effect
+            .parameters
+            .iter()
+            .find(|p| p.name == name)
+            .map(|p| p.reference)
+    };
+    let (Some(length), Some(start), Some(count)) =
+        (setting("length"), setting("start"), setting("count"))
+    else {
         return Ok(());
     };
     if nodes.is_empty() {

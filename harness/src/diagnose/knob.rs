@@ -53,7 +53,11 @@ impl Knob {
 
     /// The nearest position within the bounds.
     pub fn clamp(&self, position: f64) -> f64 {
-        let low = if self.scale == Scale::Log && self.min <= 0.0 { f64::NEG_INFINITY } else { self.position(self.min) };
+        let low = if self.scale == Scale::Log && self.min <= 0.0 {
+            f64::NEG_INFINITY
+        } else {
+            self.position(self.min)
+        };
         position.clamp(low, self.position(self.max))
     }
 

@@ -3,6 +3,10 @@
 pub mod candidate;
 pub mod fit;
 pub mod hypothesis;
+pub mod judge;
 pub mod knob;
 pub mod predictor;
+pub mod scan;
+pub mod search;
+pub mod session;
 pub mod shot;

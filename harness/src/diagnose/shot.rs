@@ -4,9 +4,11 @@
 //! prediction depends on the model and not on rounding. Shots start far from transitions, in mid-stick
 //! or mid-slip, and follow one another over the whole run.
 
-use crate::measurement::Run;
-use crate::observer::{BeltVelocity, PhaseMode, StickSlip, StickSlipSettings, Structure, smooth_stick_slip};
 use crate::error::Error;
+use crate::measurement::Run;
+use crate::observer::{
+    BeltVelocity, PhaseMode, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
+};
 
 /// A piece of a run.
 #[derive(Debug, Clone)]
@@ -58,12 +60,29 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
             signal.push(f64::NAN);
         }
         if signal.len() == slot {
-            signal.push(if trusted[k] { run.displacement[k] } else { f64::NAN });
+            signal.push(if trusted[k] {
+                run.displacement[k]
+            } else {
+                f64::NAN
+            });
         }
     }
-    let settings = StickSlipSettings { rounds: 2, iterations: 4, ..StickSlipSettings::default() };
-    let stick_slip = smooth_stick_slip(structure, h, &signal, BeltVelocity::Constant(run.belt_velocity), &settings)
-        .map_err(|source| Error::Observer { run: run.name.clone(), source })?;
+    let settings = StickSlipSettings {
+        rounds: 2,
+        iterations: 4,
+        ..StickSlipSettings::default()
+    };
+    let stick_slip = smooth_stick_slip(
+        structure,
+        h,
+        &signal,
+        BeltVelocity::Constant(run.belt_velocity),
+        &settings,
+    )
+    .map_err(|source| Error::Observer {
+        run: run.name.clone(),
+        source,
+    })?;
     let starts: Vec<f64> = stick_slip
         .phases
         .windows(2)
@@ -85,7 +104,11 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
     let slot = |k: usize| ((run.time[k] - run.time[0]) / h).round() as usize;
     let clearance = |k: usize| {
         let t = slot(k) as f64 * h;
-        s.phases.iter().skip(1).map(|p| (p.start - t).abs()).fold(f64::INFINITY, f64::min)
+        s.phases
+            .iter()
+            .skip(1)
+            .map(|p| (p.start - t).abs())
+            .fold(f64::INFINITY, f64::min)
     };
     // The first samples are the smoother's worst, so the first shot starts a little later.
     let margin = (length / 20).max(4);
@@ -93,9 +116,12 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
     let mut at = margin;
     while at + length <= run.time.len() {
         let window = at..(at + length / 5).min(run.time.len() - length + 1);
-        let best = window
-            .filter(|&k| trusted[k])
-            .max_by(|&a, &b| clearance(a).min(1.5e-3).total_cmp(&clearance(b).min(1.5e-3)).then(b.cmp(&a)));
+        let best = window.filter(|&k| trusted[k]).max_by(|&a, &b| {
+            clearance(a)
+                .min(1.5e-3)
+                .total_cmp(&clearance(b).min(1.5e-3))
+                .then(b.cmp(&a))
+        });
         match best {
             Some(k) => {
                 starts.push(k);
@@ -105,7 +131,8 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
         }
     }
     let travel = |k: usize| {
-        let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)] - s.smoothed.displacement[0];
+        let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)]
+            - s.smoothed.displacement[0];
         run.belt_velocity * (run.time[k] - run.time[0]) - displacement
     };
     starts
@@ -113,7 +140,12 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
         .map(|first| {
             let range = first..first + length;
             let t = slot(first) as f64 * h;
-            let phase = s.phases.iter().rev().find(|p| p.start <= t).unwrap_or(&s.phases[0]);
+            let phase = s
+                .phases
+                .iter()
+                .rev()
+                .find(|p| p.start <= t)
+                .unwrap_or(&s.phases[0]);
             let stuck = phase.mode == PhaseMode::Stick;
             let mut state = Vec::new();
             for j in 0..s.smoothed.q.len() {

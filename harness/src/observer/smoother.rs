@@ -209,6 +209,14 @@ impl<'a> Record<'a> {
         Ok(self.most_likely(part, settings.noise_std.map(|s| s * s), given))
     }
 
+    /// The noise levels of an earlier result in scaled units.
+    pub fn scaled_levels(&self, smoothed: &Smoothed) -> Levels {
+        Levels {
+            noise_variance: smoothed.noise_std.powi(2),
+            intensity: smoothed.force_intensity * self.intensity_scale(),
+        }
+    }
+
     /// Scaled intensity per intensity in SI units.
     fn intensity_scale(&self) -> f64 {
         match self.model.noise.len() {

@@ -41,6 +41,11 @@ impl BeltVelocity<'_> {
         }
     }
 
+    /// Largest absolute value in m/s.
+    fn size(&self, count: usize) -> f64 {
+        (0..count).fold(0.0, |size: f64, k| size.max(self.at(k).abs()))
+    }
+
     fn check(&self, count: usize) -> Result<(), ObserverError> {
         match self {
             BeltVelocity::Constant(v) if !v.is_finite() => Err(ObserverError::BadSetting {
@@ -68,8 +73,8 @@ pub struct StickSlipSettings {
     pub smoother: Settings,
     /// How phases are found.
     pub segments: SegmentSettings,
-    /// Standard deviation of the relative velocity in stick in m/s; 1/2000 of the velocity's own
-    /// standard deviation if `None`.
+    /// Standard deviation of the relative velocity in stick in m/s; 1/1000 of the belt velocity
+    /// if `None`.
     pub velocity_std: Option<f64>,
     /// How often the phases are found anew.
     pub rounds: usize,
@@ -129,6 +134,8 @@ impl StickSlip {
     }
 }
 
+/// Standard deviation of the relative velocity in stick per belt velocity (1).
+const DEFAULT_HELD_SHARE: f64 = 1e-3;
 /// Samples about a transition that stay free while the phases are still being found.
 const SEARCH_MARGIN: usize = 3;
 /// Expectation-maximisation steps in the rounds before the last.
@@ -162,7 +169,7 @@ pub fn smooth_stick_slip(
     let mut smoothed = record.unscale(&walk, levels);
     let velocity_std = settings
         .velocity_std
-        .unwrap_or_else(|| spread(&smoothed.velocity) / 2000.0);
+        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(displacement.len()));
     let time: Vec<f64> = (0..displacement.len())
         .map(|k| k as f64 * sample_interval)
         .collect();
@@ -201,18 +208,40 @@ pub fn smooth_stick_slip(
     })
 }
 
+/// Smooths with phases and noise levels that are known already: `(phases, levels, iterations)`.
+pub(super) fn smooth_fixed(
+    structure: &Structure,
+    sample_interval: f64,
+    displacement: &[f64],
+    belt: BeltVelocity,
+    settings: &StickSlipSettings,
+    (phases, levels, iterations): (&[Phase], Levels, usize),
+) -> Result<Smoothed, ObserverError> {
+    let plain = Settings {
+        force_model: ForceModel::RandomWalk,
+        ..settings.smoother.clone()
+    };
+    let record = Record::new(structure, sample_interval, displacement, &plain)?;
+    let held = held_velocity(
+        phases,
+        belt,
+        displacement.len(),
+        0,
+        settings.break_away_samples,
+    );
+    let velocity_std = settings
+        .velocity_std
+        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(displacement.len()));
+    let solution = learn_jumps(&record, levels, &held, velocity_std, iterations);
+    Ok(record.unscale(&solution, levels))
+}
+
 fn relative_velocity(velocity: &[f64], belt: BeltVelocity) -> Vec<f64> {
     velocity
         .iter()
         .enumerate()
         .map(|(k, v)| v - belt.at(k))
         .collect()
-}
-
-fn spread(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// The belt's velocity in stick, NaN elsewhere and within the margins of a stick phase.

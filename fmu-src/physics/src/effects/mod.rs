@@ -192,8 +192,9 @@ pub trait Effect: Send + Sync {
     fn friction_factor(&self, _m: &Motion) -> f64 {
         1.0
     }
-    /// Term added to the kinetic coefficient of friction.
-    fn friction_term(&self, _m: &Motion) -> f64 {
+    /// Term added to the kinetic coefficient of friction at sliding speed `speed` in m/s (|v_r|, or
+    /// what a lag makes of it).
+    fn friction_term(&self, _speed: f64) -> f64 {
         0.0
     }
     /// Factor on the normal force.

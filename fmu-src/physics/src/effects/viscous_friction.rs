@@ -1,6 +1,6 @@
 //! Friction that rises with the sliding speed.
 
-use super::{Card, Context, Effect, Motion, Parameter, Role};
+use super::{Card, Context, Effect, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::SECOND_PER_METRE;
 
@@ -43,7 +43,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Viscous {
-    fn friction_term(&self, m: &Motion) -> f64 {
-        self.0 * m.speed
+    fn friction_term(&self, speed: f64) -> f64 {
+        self.0 * speed
     }
 }
