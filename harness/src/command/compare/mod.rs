@@ -1,6 +1,7 @@
 //! `stickslip compare`: an FMU at every operating point of a measured campaign, and where they differ.
 
 mod comparison;
+mod model_motion;
 mod page;
 mod terminal;
 

@@ -23,10 +23,9 @@ pub fn html(
     let mut page = Page::new("Model against measurement", &lead)
         .paragraph(
             "NRMSE is the root mean square difference between measurement and model over the spread of the measurement: 0 is a perfect \
-             match, 1 is as bad as a constant. A self-excited motion has no clock, so the model is shifted in time to fit each cycle; \
-             how much the periods differ is a column of its own. Several \
-             motions coexist at one operating point: of those that the model reaches from a grid of start states, the one nearest to the \
-             measurement is shown. Noise is the NRMSE that a perfect model would have.",
+             match, 1 is as bad as a constant. A self-excited motion has no clock, and several motions coexist at one operating point. So the \
+             model is started from a grid of states, and each measured cycle is compared with the most similar cycle of the model's \
+             motions; errors of the period are a column of their own. Pictures show the motion of the model whose amplitude is nearest. Noise is the NRMSE that a perfect model would have.",
         )
         .table(&summary(comparisons, limit))
         .figures(&[&scores(comparisons), &harmonic_error(comparisons)])
@@ -298,5 +297,5 @@ fn residual(run: &RunComparison) -> Plot {
     )
     .level("2 std of the noise", Colour::Grey, noise)
     .level("", Colour::Grey, -noise)
-    .caption("What the model misses over time, after alignment cycle by cycle.")
+    .caption("What the model misses over time: each measured cycle minus the most similar cycle of the model.")
 }
