@@ -23,6 +23,16 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    // ---- observer
+    /// The observer refuses a record.
+    #[error("{run}: {source}")]
+    Observer {
+        /// Name of the run.
+        run: String,
+        /// What the observer says.
+        source: crate::observer::ObserverError,
+    },
+
     // ---- measurement campaign
     /// campaign.toml is not valid TOML, or has an unknown key or a value of the wrong type.
     #[error("{}:{line}: {problem}", path.display())]

@@ -1,10 +1,14 @@
-//! The harness: loads an FMU, compares it with measurements and shows where they differ.
+//! The harness: loads an FMU, compares it with measurements, finds the missing effect.
 //!
 //! It knows a model by its .fmu file alone, so it works on other people's FMUs.
-//! Imports go one way: `command` -> {`metric`, `report`} -> {`measurement`, `fmu`}.
+//! Imports go one way: `command` -> {`observer`, `diagnose`, `metric`, `report`} -> {`measurement`, `fmu`}.
 #![forbid(unsafe_code)]
 
+pub mod diagnose;
 pub mod error;
 pub mod fmu;
 pub mod measurement;
+pub mod metric;
 pub mod observer;
+pub mod output;
+pub mod report;

@@ -1,1 +1,21 @@
-//! Stick-slip beam.
+//! The stick-slip beam as an FMI 2.0 co-simulation slave: the C interface and nothing else.
+//!
+//! Every exported function goes through [`guard::with_instance`]: it refuses NULL, checks the calling
+//! sequence, catches panics and reports faults to the master's logger. `unsafe` occurs only where
+//! pointers of the master are read or written; each place says why it is sound.
+#![warn(unsafe_op_in_unsafe_fn)]
+#![warn(clippy::undocumented_unsafe_blocks)]
+
+pub mod exports;
+mod fmu_state;
+mod guard;
+mod instance;
+pub mod lifecycle;
+mod log;
+mod resource;
+mod setup;
+pub mod status;
+pub mod types;
+mod values;
+
+pub use exports::*;

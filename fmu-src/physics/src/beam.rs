@@ -218,6 +218,20 @@ pub fn eigenvalue(j: usize) -> f64 {
     })
 }
 
+/// Scale of a cantilever's mode `j` whose shape is `tip_value` at the tip, against the eigenfunction of
+/// eq. (6), which is +2, -2, +2, ... there; 1 where the mode does not move the tip.
+///
+/// Effects that need integrals of the mode shapes use it, so that neither sign nor norm of the modes
+/// given changes the motion.
+pub fn cantilever_scale(j: usize, tip_value: f64) -> f64 {
+    let reference = if j.is_multiple_of(2) { 2.0 } else { -2.0 };
+    if tip_value == 0.0 {
+        1.0
+    } else {
+        tip_value / reference
+    }
+}
+
 /// Eigenfunction of eq. (6) and its slope at `xi` in 0..1; `phi(1) = +2, -2, +2, ...`.
 pub fn eigenfunction(j: usize, xi: f64) -> (f64, f64) {
     let k = eigenvalue(j);

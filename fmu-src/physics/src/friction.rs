@@ -10,6 +10,10 @@ pub const MAX_TABLE: usize = 32;
 /// In slip the friction force on the tip is `F = -mu(|v_r|) F_N sgn(v_r)` (Stelter 1992, eq. 4); in
 /// stick it is the constraint force, at most `static_coefficient * F_N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a law is read in every evaluation and moved once"
+)]
 pub enum FrictionLaw {
     /// `mu = mu_0 [1 - a1 + a1 exp(-v/v1)] [1 - a2 + a2 exp(-c2 v)]`: Stelter 1992, eq. (7), with the
     /// exponent read as |v_r|/c1. See docs/adr/0002-friction-law.md.

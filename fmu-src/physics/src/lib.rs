@@ -6,6 +6,8 @@
 
 pub mod beam;
 pub mod belt;
+#[cfg(test)]
+mod conformance;
 pub mod contact;
 pub mod effects;
 pub mod energy;

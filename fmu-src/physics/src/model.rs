@@ -8,6 +8,7 @@ use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
 use crate::integrate::{MAX_STATES, State};
 use crate::parameters::ModelParameters;
+use std::sync::Arc;
 
 /// An effect that is on, with the place of its states.
 struct Enabled {
@@ -22,6 +23,7 @@ struct Enabled {
 /// The model, ready to be evaluated.
 ///
 /// State: `[q_1, q_1', ..., q_n, q_n', states of the effects]`, of length [`Model::dimension`].
+#[derive(Clone)]
 pub struct Model {
     beam: Beam,
     stiffness: [f64; MAX_MODES],
@@ -34,7 +36,8 @@ pub struct Model {
     level: f64,
     static_coefficient: f64,
     sensor_offset: f64,
-    effects: Vec<Enabled>,
+    /// Immutable once built, so that copies of a model share them.
+    effects: Arc<[Enabled]>,
     dimension: usize,
     has_memory: bool,
     linear_stick: bool,
@@ -79,7 +82,14 @@ impl Model {
         let mut beam = parameters.beam;
         let mut effects = Vec::new();
         for (card, entry) in CATALOGUE.iter().enumerate() {
-            let context = Context::new(entry, parameters.effects.of(card), &beam);
+            let values = parameters.effects.of(card);
+            for (parameter, value) in entry.parameters.iter().zip(values) {
+                if !value.is_finite() {
+                    let name = format!("{}.{}", entry.id, parameter.name);
+                    require(false, &name, *value, parameter.unit.symbol, "finite")?;
+                }
+            }
+            let context = Context::new(entry, values, &beam);
             if let Some(effect) = (entry.build)(&context)? {
                 let before = beam.modes().len();
                 effect.extend_structure(&mut beam)?;
@@ -92,6 +102,9 @@ impl Model {
                     is_mode,
                 });
             }
+        }
+        for enabled in &mut effects {
+            enabled.effect.prepare(&beam);
         }
         let mut dimension = 2 * beam.modes().len();
         for enabled in effects.iter_mut().filter(|e| !e.is_mode) {
@@ -114,7 +127,7 @@ impl Model {
             has_memory: effects.iter().any(|e| e.effect.replaces_stick()),
             linear_stick: effects.iter().all(|e| e.effect.is_linear_in_stick()),
             constant_limit: effects.iter().all(|e| e.effect.keeps_limit_constant()),
-            effects,
+            effects: effects.into(),
             dimension,
             inputs,
             travel_offset: 0.0,
@@ -180,7 +193,7 @@ impl Model {
 
     fn belt_give(&self, x: &State) -> BeltGive {
         let mut give = BeltGive::default();
-        for e in &self.effects {
+        for e in self.effects.iter() {
             let part = e.effect.belt_give(self.states(e, x));
             give.displacement += part.displacement;
             give.velocity += part.velocity;
@@ -222,7 +235,7 @@ impl Model {
     /// Normal force after all effects, in N; contact can't pull.
     fn effective_normal_force(&self, m: &Motion) -> f64 {
         let mut force = m.normal_force;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             force *= e.effect.normal_factor(m);
         }
         force.max(0.0)
@@ -230,7 +243,7 @@ impl Model {
 
     fn friction_factor(&self, m: &Motion) -> f64 {
         let mut factor = self.level;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             factor *= e.effect.friction_factor(m);
         }
         factor.max(0.0)
@@ -238,24 +251,23 @@ impl Model {
 
     /// Friction capacity mu(|v_r|) F_N in N while sliding.
     fn capacity(&self, m: &Motion, x: &State) -> f64 {
-        let mut speed = m.speed;
-        let mut term = 0.0;
-        for e in &self.effects {
-            if let Some(lagged) = e.effect.lagged_speed(self.states(e, x)) {
-                speed = lagged;
-            }
-            term += e.effect.friction_term(m);
+        let speed = self
+            .effects
+            .iter()
+            .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
+            .unwrap_or(m.speed);
+        let mut coefficient = self.friction.coefficient(speed);
+        for e in self.effects.iter() {
+            coefficient += e.effect.friction_term(speed);
         }
-        (self.friction.coefficient(speed) + term)
-            * self.friction_factor(m)
-            * self.effective_normal_force(m)
+        coefficient.max(0.0) * self.friction_factor(m) * self.effective_normal_force(m)
     }
 
     /// Largest friction force in N that stick can carry.
     pub fn static_limit(&self, t: f64, x: &State) -> f64 {
         let m = self.kinematics(t, x, ContactMode::Stuck).motion;
         let mut factor = self.friction_factor(&m);
-        for e in &self.effects {
+        for e in self.effects.iter() {
             factor *= e.effect.static_factor(&m);
         }
         self.static_coefficient * factor * self.effective_normal_force(&m)
@@ -265,7 +277,7 @@ impl Model {
     #[inline]
     fn free_acceleration(&self, m: &Motion, x: &State, acceleration: &mut [f64; MAX_MODES]) -> f64 {
         let mut force = 0.0;
-        for e in &self.effects {
+        for e in self.effects.iter() {
             force += e.effect.tip_force(m);
         }
         for j in 0..self.mode_count {
@@ -278,10 +290,9 @@ impl Model {
             for j in 0..self.mode_count {
                 q[j] = x[2 * j];
             }
-            for e in &self.effects {
+            for e in self.effects.iter() {
                 e.effect.add_modal_acceleration(
                     m,
-                    &self.beam,
                     &q[..self.mode_count],
                     &mut acceleration[..self.mode_count],
                 );
@@ -415,9 +426,17 @@ impl Model {
         }
     }
 
+    /// Jumps of the effects' states at the arrival in stick.
+    pub fn on_stick(&self, x: &mut State) {
+        for e in self.effects.iter() {
+            e.effect
+                .on_stick(&mut x[e.first_state..e.first_state + e.state_count]);
+        }
+    }
+
     /// Jumps of the effects' states at break-away.
     pub fn on_break_away(&self, x: &mut State) {
-        for e in &self.effects {
+        for e in self.effects.iter() {
             e.effect
                 .on_break_away(&mut x[e.first_state..e.first_state + e.state_count]);
         }
@@ -448,7 +467,7 @@ impl Model {
         } else {
             self.contact_from(&k, free, x, mode)
         };
-        for e in &self.effects {
+        for e in self.effects.iter() {
             let range = e.first_state..e.first_state + e.state_count;
             e.effect.settle(&k.motion, &contact, &mut x[range]);
         }
@@ -476,6 +495,14 @@ impl Model {
         velocity - self.inputs.belt_velocity_at(t) - give
     }
 
+    /// Relative acceleration v_r' in m/s^2 from the rates alone.
+    #[inline]
+    pub fn relative_acceleration(&self, t: f64, rates: &State) -> f64 {
+        // v_r is linear in the state, so its slope is the same functional of the rates.
+        self.relative_velocity(t, rates) + self.inputs.belt_velocity_at(t)
+            - self.inputs.belt_acceleration
+    }
+
     /// Magnitudes below which errors of the states do not matter, for the integrator's error norm.
     pub fn state_scales(&self) -> State {
         let mut scales = [1e-9; MAX_STATES];
@@ -494,12 +521,14 @@ impl Model {
         scales
     }
 
-    /// Highest natural angular frequency in rad/s.
+    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher.
     pub fn highest_frequency(&self) -> f64 {
-        self.stiffness[..self.mode_count]
+        let highest = self.stiffness[..self.mode_count]
             .iter()
-            .fold(0.0, |a: f64, k| a.max(*k))
-            .sqrt()
+            .fold(0.0, |a: f64, k| a.max(*k));
+        self.effects
+            .iter()
+            .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()))
     }
 
     /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.

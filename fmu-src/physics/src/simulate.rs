@@ -1,5 +1,7 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
+pub mod snapshot;
+
 use crate::belt::Inputs;
 use crate::contact::{ContactMode, Transition};
 use crate::effects::ContactForce;
@@ -12,8 +14,10 @@ use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
 use crate::parameters::ModelParameters;
 
-/// Largest number of transitions in one advance before the run is given up as stalled.
-const MAX_TRANSITIONS_PER_ADVANCE: u64 = 2_000_000;
+/// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
+const LEAST_PROGRESS: f64 = 1e-9;
+/// Number of steps after which progress is judged.
+const PATIENCE: u64 = 200_000;
 /// Nodes at which a static limit that varies in time is interpolated.
 const LIMIT_NODES: usize = 9;
 
@@ -126,6 +130,7 @@ impl System for InMode<'_> {
 
 /// A run of the model. Integrates ahead of the present time in steps of its own and interpolates,
 /// so that results do not depend on where the caller stops; a change of inputs discards what lies ahead.
+#[derive(Clone)]
 pub struct Simulation {
     model: Model,
     tolerance: f64,
@@ -163,6 +168,58 @@ impl Simulation {
         start: &Start,
         tolerance: f64,
     ) -> Result<Self, PhysicsError> {
+        let model = Model::new(parameters, inputs)?;
+        Self::from_model(model, inputs, start, tolerance)
+    }
+
+    /// A run of a model that is built already, from `start`.
+    ///
+    /// # Errors
+    /// Inputs or a start outside the range in which the equations hold.
+    pub fn from_model(
+        model: Model,
+        inputs: Inputs,
+        start: &Start,
+        tolerance: f64,
+    ) -> Result<Self, PhysicsError> {
+        let mut run = Self {
+            tolerance,
+            scales: [0.0; MAX_STATES],
+            time: start.time,
+            front: start.time,
+            front_state: start.state,
+            front_mode: ContactMode::Stuck,
+            segment: Segment::point(start.time, &start.state, model.dimension()),
+            segment_mode: ContactMode::Stuck,
+            segment_is_ready: true,
+            end: End::Smooth,
+            stepper: Dop853::default(),
+            stick_system: None,
+            first_slip_step: 0.05 / model.highest_frequency(),
+            departed: false,
+            transition_count: 0,
+            last_transition: start.time,
+            recorded: None,
+            energy: None,
+            statistics: Statistics::default(),
+            model,
+        };
+        run.restart(inputs, start, tolerance)?;
+        Ok(run)
+    }
+
+    /// Starts the same model anew, in place: the same motion as a new run gives, without building
+    /// the model again. Records and energies begin again where they were kept.
+    ///
+    /// # Errors
+    /// Inputs or a start outside the range in which the equations hold; the run is then of no use
+    /// until it is started anew.
+    pub fn restart(
+        &mut self,
+        inputs: Inputs,
+        start: &Start,
+        tolerance: f64,
+    ) -> Result<(), PhysicsError> {
         require(
             tolerance > 0.0 && tolerance < 0.1,
             "tolerance",
@@ -182,40 +239,29 @@ impl Simulation {
         for value in start.state {
             require(true, "start state", value, "SI", "finite")?;
         }
-        let model = Model::new(
-            parameters,
-            Inputs {
-                since: start.time,
-                ..inputs
-            },
-        )?;
-        let scales = model.state_scales();
-        let first_slip_step = 0.05 / model.highest_frequency();
-        let mut run = Self {
-            tolerance,
-            scales,
-            time: start.time,
-            front: start.time,
-            front_state: start.state,
-            front_mode: ContactMode::Stuck,
-            segment: Segment::point(start.time, &start.state, model.dimension()),
-            segment_mode: ContactMode::Stuck,
-            segment_is_ready: true,
-            end: End::Smooth,
-            stepper: Dop853::default(),
-            stick_system: None,
-            first_slip_step,
-            departed: false,
-            transition_count: 0,
-            last_transition: start.time,
-            recorded: None,
-            energy: None,
-            statistics: Statistics::default(),
-            model,
+        inputs.check()?;
+        self.model.inputs = Inputs {
+            since: start.time,
+            ..inputs
         };
-        run.model.stick_since = start.time - start.dwell;
-        run.place(start.contact, start.settled, start.belt_travel)?;
-        Ok(run)
+        self.model.travel_offset = 0.0;
+        self.model.stick_since = start.time - start.dwell;
+        self.tolerance = tolerance;
+        self.scales = self.model.state_scales();
+        self.time = start.time;
+        self.front_state = start.state;
+        self.stick_system = None;
+        self.transition_count = 0;
+        self.last_transition = start.time;
+        self.stepper.evaluations = 0;
+        self.statistics = Statistics::default();
+        if let Some(list) = &mut self.recorded {
+            list.clear();
+        }
+        if let Some(energy) = &mut self.energy {
+            *energy = Energy::default();
+        }
+        self.place(start.contact, start.settled, start.belt_travel)
     }
 
     /// Puts the front state into its mode at the present time.
@@ -246,11 +292,7 @@ impl Simulation {
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
         let wants_stick = match contact {
-            StartContact::Automatic => {
-                let (_, velocity) = self.model.tip(&x);
-                v_r.abs()
-                    <= 1e-12 * (self.model.inputs.belt_velocity_at(t).abs() + velocity.abs() + 1e-6)
-            }
+            StartContact::Automatic => self.is_at_rest(t, &x),
             StartContact::Stick => true,
             StartContact::Slip => false,
         };
@@ -261,6 +303,7 @@ impl Simulation {
             ContactMode::slip_towards(v_r)
         };
         if self.front_mode == ContactMode::Stuck {
+            self.model.on_stick(&mut x);
             self.model.stick_since = dwell_began;
         } else {
             self.model.stick_since = t;
@@ -287,7 +330,7 @@ impl Simulation {
         self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
-        self.departed = false;
+        self.departed = self.front_mode != ContactMode::Stuck && !self.is_at_rest(self.time, &x);
         self.stepper.next_length = self.first_slip_step;
         self.begin_piece();
         Ok(())
@@ -311,6 +354,13 @@ impl Simulation {
         }
     }
 
+    /// Whether v_r is zero to rounding.
+    fn is_at_rest(&self, t: f64, x: &State) -> bool {
+        let (_, velocity) = self.model.tip(x);
+        let belt = self.model.inputs.belt_velocity_at(t);
+        self.model.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
+    }
+
     /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
     fn mode_at_rest(&self, t: f64, x: &State) -> ContactMode {
         let force = self.model.constraint_force(t, x);
@@ -331,6 +381,8 @@ impl Simulation {
             ..inputs
         };
         inputs.check()?;
+        // What lies ahead in the segment is dropped, what has passed is not.
+        self.count_energy(self.time);
         let x = self.state();
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
@@ -385,17 +437,21 @@ impl Simulation {
     /// # Errors
     /// A motion that is no longer finite, or no progress in time; the run stays at the last good time.
     pub fn advance_to(&mut self, t: f64) -> Result<(), PhysicsError> {
-        let before = self.transition_count;
+        let (mut steps, mut since) = (0, (self.time, self.transition_count));
         while t >= self.segment.end {
             self.time = self.segment.end;
             self.finish_segment();
             self.next_segment()?;
-            if self.transition_count - before > MAX_TRANSITIONS_PER_ADVANCE {
-                return Err(PhysicsError::Stalled {
-                    time: self.segment.start,
-                    step: self.segment.length,
-                    transitions: self.transition_count - before,
-                });
+            steps += 1;
+            if steps % PATIENCE == 0 {
+                if self.time - since.0 < LEAST_PROGRESS * PATIENCE as f64 {
+                    return Err(PhysicsError::Stalled {
+                        time: self.time,
+                        step: self.segment.length,
+                        transitions: self.transition_count - since.1,
+                    });
+                }
+                since = (self.time, self.transition_count);
             }
         }
         self.time = t;
@@ -406,22 +462,28 @@ impl Simulation {
     /// Works out the interpolant of the present segment.
     fn ready_segment(&mut self) {
         if !self.segment_is_ready {
-            let system = InMode { model: &self.model, mode: self.segment_mode };
+            let system = InMode {
+                model: &self.model,
+                mode: self.segment_mode,
+            };
             self.stepper.segment(&system, &mut self.segment);
             self.segment_is_ready = true;
         }
     }
 
+    /// Counts the energy that flows in the present segment up to time `until` in s.
+    fn count_energy(&mut self, until: f64) {
+        if self.energy.is_some() {
+            self.ready_segment();
+        }
+        if let Some(energy) = &mut self.energy {
+            energy.add(&self.model, &self.segment, self.segment_mode, until);
+        }
+    }
+
     /// Counts what the finished segment ended with.
     fn finish_segment(&mut self) {
-        if let Some(energy) = &mut self.energy {
-            energy.add(
-                &self.model,
-                &self.segment,
-                self.segment_mode,
-                self.segment.end,
-            );
-        }
+        self.count_energy(self.segment.end);
         if let End::Event(transition) = self.end {
             self.note(transition);
             self.end = End::Smooth;
@@ -446,7 +508,7 @@ impl Simulation {
     fn next_segment(&mut self) -> Result<(), PhysicsError> {
         self.segment_mode = self.front_mode;
         if self.front_mode != ContactMode::Stuck {
-            self.slip_segment()?;
+            self.slip_segment(false)?;
         } else {
             self.stick_segment()?;
         }
@@ -470,13 +532,13 @@ impl Simulation {
         }
     }
 
-    /// One step of slip, ended early where v_r comes back to zero.
-    fn slip_segment(&mut self) -> Result<(), PhysicsError> {
-        let mode = self.front_mode;
-        let sign = mode.sign();
+    /// One step of slip, ended early where v_r comes back to zero; `turned` where the direction of the
+    /// slip has just been corrected.
+    fn slip_segment(&mut self, turned: bool) -> Result<(), PhysicsError> {
+        let sign = self.front_mode.sign();
         let system = InMode {
             model: &self.model,
-            mode,
+            mode: self.front_mode,
         };
         if self
             .stepper
@@ -503,6 +565,14 @@ impl Simulation {
             } else {
                 first_below_zero(&gap[1..=degree], 0.0, 1.0)
             };
+            // A law with memory has no break-away force that tells the direction of slip from rest.
+            let astray = gap[1] < 0.0 || (root.is_none() && end_gap < 0.0);
+            if self.model.has_memory() && !self.departed && !turned && astray {
+                self.front_mode = ContactMode::slip_towards(-sign);
+                self.segment_mode = self.front_mode;
+                self.begin_piece();
+                return self.slip_segment(true);
+            }
         }
         match root {
             Some(theta) if theta * self.segment.length > 0.0 => self.arrive(theta, sign),
@@ -527,15 +597,15 @@ impl Simulation {
             * self
                 .model
                 .relative_velocity(self.stepper.start, &self.stepper.x_start);
-        let slope = |rates: &State| {
-            let (_, acceleration) = self.model.tip(rates);
-            sign * (acceleration - self.model.inputs.belt_acceleration) * h
-        };
+        let (t0, t1) = (self.stepper.start, self.stepper.start + h);
         let (d0, d1) = (
-            slope(self.stepper.rates_at_start()),
-            slope(self.stepper.rates_at_end()),
+            h * self
+                .model
+                .relative_acceleration(t0, self.stepper.rates_at_start()),
+            h * self
+                .model
+                .relative_acceleration(t1, self.stepper.rates_at_end()),
         );
-        // Where a drive gives way, the belt's own acceleration counts too: leave it to the full search.
         let bend = d0.abs().max(d1.abs());
         start_gap.min(end_gap) < 0.75 * bend
     }
@@ -578,10 +648,9 @@ impl Simulation {
             self.stepper.retake(&system, h);
             let t = start + h;
             let gap = self.model.relative_velocity(t, &self.stepper.x_end);
-            // v_r is linear in the state, so its slope is the same functional of the rates.
-            let slope = self.model.relative_velocity(t, self.stepper.rates_at_end())
-                + self.model.inputs.belt_velocity_at(t)
-                - self.model.inputs.belt_acceleration;
+            let slope = self
+                .model
+                .relative_acceleration(t, self.stepper.rates_at_end());
             let correction = if slope == 0.0 { 0.0 } else { -gap / slope };
             if correction.abs() > 1e-3 * h || correction == 0.0 {
                 break;
@@ -598,6 +667,9 @@ impl Simulation {
             self.model.project_on_stick(t, &mut x);
             self.model.stick_since = t;
             self.front_mode = self.mode_at_rest(t, &x);
+            if self.front_mode == ContactMode::Stuck {
+                self.model.on_stick(&mut x);
+            }
         }
         self.end = End::Event(Transition {
             time: t,
@@ -617,6 +689,15 @@ impl Simulation {
         Ok(())
     }
 
+    /// Reads off the linear equations of stick.
+    fn probe_stick(&self) -> LinearSystem {
+        let system = InMode {
+            model: &self.model,
+            mode: ContactMode::Stuck,
+        };
+        LinearSystem::probe(&system, self.front, self.model.highest_frequency())
+    }
+
     /// One step of stick, ended early where the constraint force exceeds its limit.
     fn stick_segment(&mut self) -> Result<(), PhysicsError> {
         let system = InMode {
@@ -624,9 +705,10 @@ impl Simulation {
             mode: ContactMode::Stuck,
         };
         if self.model.is_linear_in_stick() {
-            let linear = self.stick_system.get_or_insert_with(|| {
-                LinearSystem::probe(&system, self.front, self.model.highest_frequency())
-            });
+            if self.stick_system.is_none() {
+                self.stick_system = Some(self.probe_stick());
+            }
+            let linear = self.stick_system.as_ref().expect("just made");
             linear.segment(self.front, &self.front_state, &mut self.segment);
         } else {
             if self
@@ -660,7 +742,8 @@ impl Simulation {
                 self.model.project_on_stick(t, &mut x);
                 self.front_mode = ContactMode::slip_towards(-force);
                 self.model.on_break_away(&mut x);
-                self.model.push(self.front_mode.sign() * DEPARTURE_VELOCITY, &mut x);
+                self.model
+                    .push(self.front_mode.sign() * DEPARTURE_VELOCITY, &mut x);
                 self.segment.end = t;
                 self.front = t;
                 self.front_state = x;
@@ -728,11 +811,17 @@ impl Simulation {
 
     /// The observables at the present time.
     pub fn outputs(&self) -> Outputs {
-        let x = self.state();
+        self.outputs_at(self.time)
+    }
+
+    /// The observables at a time within the present segment or next to it.
+    fn outputs_at(&self, t: f64) -> Outputs {
+        let mut x = [0.0; MAX_STATES];
+        self.segment.state_at(self.segment.theta(t), &mut x);
         let mode = self.segment_mode;
         let mut rates = [0.0; MAX_STATES];
-        let contact: ContactForce = self.model.evaluate(self.time, &x, mode, &mut rates);
-        let motion = self.model.motion(self.time, &x, mode);
+        let contact: ContactForce = self.model.evaluate(t, &x, mode, &mut rates);
+        let motion = self.model.motion(t, &x, mode);
         let (_, acceleration) = self.model.tip(&rates);
         Outputs {
             displacement: motion.displacement,
@@ -745,6 +834,39 @@ impl Simulation {
             belt_travel: motion.travel,
             dwell: motion.dwell,
         }
+    }
+
+    /// The rates of the observables at the present time, each per second. The motion's own are exact,
+    /// the others central differences on the present segment (1e-6 relative).
+    ///
+    /// # Errors
+    /// As [`Simulation::advance_to`].
+    pub fn output_rates(&mut self) -> Result<Outputs, PhysicsError> {
+        // A run that has just been placed has no segment yet.
+        self.advance_to(self.time)?;
+        let step = 1e-3 * self.segment.length;
+        let (a, now, b) = (
+            self.outputs_at(self.time - step),
+            self.outputs(),
+            self.outputs_at(self.time + step),
+        );
+        let rate = |a: f64, b: f64| (b - a) / (2.0 * step);
+        Ok(Outputs {
+            displacement: now.velocity,
+            velocity: now.acceleration,
+            acceleration: rate(a.acceleration, b.acceleration),
+            friction_force: rate(a.friction_force, b.friction_force),
+            relative_velocity: rate(a.relative_velocity, b.relative_velocity),
+            mode: now.mode,
+            measured_displacement: rate(a.measured_displacement, b.measured_displacement),
+            belt_travel: -now.relative_velocity,
+            dwell: rate(a.dwell, b.dwell),
+        })
+    }
+
+    /// Mode of the contact at the present time.
+    pub fn contact_mode(&self) -> ContactMode {
+        self.segment_mode
     }
 
     /// The displacement at the present time as the sensor gives it, in m; cheaper than all outputs.

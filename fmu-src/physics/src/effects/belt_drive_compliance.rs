@@ -102,6 +102,9 @@ impl Effect for Drive {
         rates[0] += x[1];
         rates[1] -= (contact.force + self.damping * x[1] + self.stiffness * x[0]) / self.mass;
     }
+    fn fastest_rate(&self) -> f64 {
+        (self.stiffness / self.mass).sqrt() + self.damping / self.mass
+    }
     fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
         if self.stiffness > 0.0 {
             x[0] -= contact.force / self.stiffness;

@@ -10,6 +10,9 @@ use crate::unit::Unit;
 
 include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
 
+/// Builds an effect from its parameter values, or nothing where they mean "off".
+pub type Build = fn(&Context) -> Result<Option<Box<dyn Effect>>, PhysicsError>;
+
 /// Describes an effect: what it is called, what it does, which parameters and states it has.
 pub struct Card {
     /// Identifier, fixed for ever.
@@ -33,7 +36,7 @@ pub struct Card {
     /// Extra continuous states.
     pub states: &'static [StateVariable],
     /// Builds the effect from its parameter values, or `None` where they mean "off".
-    pub build: fn(&Context) -> Result<Option<Box<dyn Effect>>, PhysicsError>,
+    pub build: Build,
 }
 
 /// How a parameter enters, which tells a calibration what to do with it.
@@ -177,15 +180,10 @@ pub trait Effect: Send + Sync {
     fn extend_structure(&self, _beam: &mut Beam) -> Result<(), PhysicsError> {
         Ok(())
     }
+    /// Works out, once, what depends on the complete structure.
+    fn prepare(&mut self, _beam: &Beam) {}
     /// Adds to the modal accelerations (m/s^2), given modal displacements `q`.
-    fn add_modal_acceleration(
-        &self,
-        _m: &Motion,
-        _beam: &Beam,
-        _q: &[f64],
-        _acceleration: &mut [f64],
-    ) {
-    }
+    fn add_modal_acceleration(&self, _m: &Motion, _q: &[f64], _acceleration: &mut [f64]) {}
     /// Force on the tip besides friction, in N.
     fn tip_force(&self, _m: &Motion) -> f64 {
         0.0
@@ -194,8 +192,9 @@ pub trait Effect: Send + Sync {
     fn friction_factor(&self, _m: &Motion) -> f64 {
         1.0
     }
-    /// Term added to the kinetic coefficient of friction.
-    fn friction_term(&self, _m: &Motion) -> f64 {
+    /// Term added to the kinetic coefficient of friction at sliding speed `speed` in m/s (|v_r|, or
+    /// what a lag makes of it).
+    fn friction_term(&self, _speed: f64) -> f64 {
         0.0
     }
     /// Factor on the normal force.
@@ -224,6 +223,8 @@ pub trait Effect: Send + Sync {
     }
     /// Rates of the effect's states.
     fn add_rates(&self, _m: &Motion, _contact: &ContactForce, _x: &[f64], _rates: &mut [f64]) {}
+    /// Jump of the states at the arrival in stick.
+    fn on_stick(&self, _x: &mut [f64]) {}
     /// Jump of the states at break-away.
     fn on_break_away(&self, _x: &mut [f64]) {}
     /// States in equilibrium with the start motion and contact force.
@@ -231,6 +232,10 @@ pub trait Effect: Send + Sync {
     /// The displacement as the sensor gives it, in m.
     fn measured_displacement(&self, _displacement: f64, _x: &[f64]) -> Option<f64> {
         None
+    }
+    /// Fastest rate (1/s) or angular frequency (rad/s) that the effect brings into the equations.
+    fn fastest_rate(&self) -> f64 {
+        0.0
     }
     /// Whether the equations stay linear with constant coefficients while the contact sticks.
     fn is_linear_in_stick(&self) -> bool {

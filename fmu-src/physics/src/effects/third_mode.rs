@@ -68,7 +68,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     context.require(1, damping_ratio >= 0.0, "zero or positive")?;
     let modes = context.beam.modes();
     // Eigenfunctions of a cantilever alternate in sign at the tip and share the modal mass.
-    let tip_value = if modes.len() % 2 == 0 {
+    let tip_value = if modes.len().is_multiple_of(2) {
         modes[0].tip_value.abs()
     } else {
         -modes[0].tip_value.abs()

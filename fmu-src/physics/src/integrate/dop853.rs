@@ -46,6 +46,16 @@ impl Default for Dop853 {
 pub struct StepTooSmall;
 
 impl Dop853 {
+    /// Every number that the next steps depend on, in a fixed order, for saving and restoring.
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.stages
+            .iter_mut()
+            .flatten()
+            .chain(&mut self.x_start)
+            .chain(&mut self.x_end)
+            .chain([&mut self.start, &mut self.length, &mut self.next_length])
+    }
+
     /// Rates at the start of the last step.
     pub fn rates_at_start(&self) -> &State {
         &self.stages[0]
@@ -83,7 +93,7 @@ impl Dop853 {
         let mut h = self.next_length;
         let mut rejected = false;
         loop {
-            if !(h > 1e-15 + 8.0 * f64::EPSILON * t.abs()) {
+            if h.is_nan() || h <= 1e-15 + 8.0 * f64::EPSILON * t.abs() {
                 return Err(StepTooSmall);
             }
             self.attempt(system, t, h);

@@ -1,0 +1,108 @@
+//! The default case through the physics, through the FMU's C interface, and in a peer, in one run:
+//! `cargo bench --bench fmu_speed`. Times in ms, the best of several; the peer (heyoka) is measured
+//! where `target/peers-venv` has it (see benches/peers/heyoka_default_case.py).
+
+use std::hint::black_box;
+use std::process::Command;
+use std::time::Instant;
+use stickslip_tests::root;
+use stickslip_tests::slave::{OK, Slave};
+use stickslip_tests::variables::reference;
+
+/// Start of the default case (100 N, 0.10 m/s, in stick): q_1, q_1', q_2, q_2'.
+const START: [f64; 4] = [
+    0.001_162_331_347_770_524_6,
+    0.05,
+    -2.860_023_308_624_127_7e-5,
+    0.0,
+];
+
+fn best_of(count: usize, mut run: impl FnMut()) -> f64 {
+    (0..count)
+        .map(|_| {
+            let begun = Instant::now();
+            run();
+            begun.elapsed().as_secs_f64() * 1e3
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn main() {
+    let starts = ["q[1]", "q_dot[1]", "q[2]", "q_dot[2]"].map(reference);
+    let slave = Slave::new();
+    let begin = || {
+        assert_eq!(slave.reset(), OK);
+        assert_eq!(slave.set_all(&starts, &START), OK);
+        slave.start_at(0.0);
+    };
+    let one_step = best_of(30, || {
+        begin();
+        assert_eq!(slave.step(0.0, 2.0), OK);
+    });
+    assert_eq!(slave.get_integer("transition_count"), 132);
+    let measured = [reference("measured_displacement")];
+    let mut value = [0.0];
+    let fine = best_of(15, || {
+        begin();
+        for i in 0..20_000 {
+            assert_eq!(slave.step(f64::from(i) * 1e-4, 1e-4), OK);
+            slave.get_into(&measured, &mut value);
+            black_box(&value);
+        }
+    });
+    let eight = [
+        "tip_displacement",
+        "tip_velocity",
+        "tip_acceleration",
+        "friction_force",
+        "relative_velocity",
+        "power_into_beam",
+        "belt_travel",
+        "dwell_time",
+    ]
+    .map(reference);
+    let mut values = [0.0; 8];
+    let full = best_of(15, || {
+        begin();
+        for i in 0..20_000 {
+            assert_eq!(slave.step(f64::from(i) * 1e-4, 1e-4), OK);
+            slave.get_into(&eight, &mut values);
+            black_box(&values);
+        }
+    });
+    let restarts = 20_000;
+    let restart = best_of(15, || (0..restarts).for_each(|_| begin())) / f64::from(restarts) * 1e3;
+    let mut state = slave.state();
+    let save = best_of(15, || {
+        (0..restarts).for_each(|_| assert_eq!(slave.state_into(&mut state), OK))
+    }) / f64::from(restarts)
+        * 1e3;
+    let restore = best_of(15, || {
+        (0..restarts).for_each(|_| assert_eq!(slave.set_state(state), OK))
+    }) / f64::from(restarts)
+        * 1e3;
+    slave.free_state(&mut state);
+    println!("default case, 2 s, 132 transitions, tolerance 1e-9");
+    println!("  FMU, one step                                {one_step:8.3} ms");
+    println!("  FMU, H = 1e-4 s, measured_displacement read  {fine:8.3} ms");
+    println!("  FMU, H = 1e-4 s, 8 outputs read              {full:8.3} ms");
+    println!("  reset + set starts + setup + initialise      {restart:8.3} us");
+    println!("  get state / set state                        {save:8.3} / {restore:.3} us");
+    let python = root().join("target/peers-venv/bin/python");
+    let script = root().join("benches/peers/heyoka_default_case.py");
+    match Command::new(&python).arg(&script).output() {
+        Ok(out) if out.status.success() => {
+            let text = String::from_utf8_lossy(&out.stdout);
+            let peer: f64 = text.trim().parse().expect("the script prints milliseconds");
+            println!("  heyoka (adaptive Taylor, terminal events)    {peer:8.3} ms");
+            println!(
+                "  ratio one step / heyoka                      {:8.3}",
+                one_step / peer
+            );
+        }
+        _ => println!(
+            "  heyoka not measured: python3 -m venv target/peers-venv && \
+             target/peers-venv/bin/pip install heyoka==7.13.2"
+        ),
+    }
+}

@@ -1,0 +1,773 @@
+//! The 34 functions of FMI 2.0 for co-simulation, as the master calls them.
+//!
+//! # Safety
+//! All functions rely on the master to keep the standard's promises about pointers: handles come from
+//! `fmi2Instantiate` and are not used after `fmi2FreeInstance`, arrays have the announced lengths,
+//! strings end with a zero byte, and one instance is used by one thread at a time.
+#![allow(non_snake_case, clippy::missing_safety_doc)]
+
+use crate::fmu_state;
+use crate::guard::{panic_message, slice, with_instance, writable};
+use crate::instance::{Content, Experiment, Instance};
+use crate::lifecycle::{Function, Phase};
+use crate::log::Log;
+use crate::resource::{Starts, folder_of_uri};
+use crate::status::{Fault, Status};
+use crate::types::{
+    Boolean, CO_SIMULATION, CallbackFunctions, Component, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME,
+    PENDING_STATUS, StateHandle, TERMINATED, Text, ValueReference,
+};
+use crate::values::Access;
+use std::ffi::{CStr, CString, c_char, c_int};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ptr;
+
+/// `fmi2GetTypesPlatform`.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> Text {
+    c"default".as_ptr()
+}
+
+/// `fmi2GetVersion`.
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> Text {
+    c"2.0".as_ptr()
+}
+
+/// A string of the master's, or `None` for NULL.
+///
+/// # Safety
+/// `text` is NULL or ends with a zero byte.
+unsafe fn text<'a>(text: Text) -> Option<&'a CStr> {
+    // SAFETY: not NULL where it is read, terminated by contract.
+    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) })
+}
+
+/// `fmi2Instantiate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instance_name: Text,
+    fmu_type: c_int,
+    guid: Text,
+    resource_location: Text,
+    functions: *const CallbackFunctions,
+    _visible: Boolean,
+    logging_on: Boolean,
+) -> Component {
+    // SAFETY: the master passes NULL or valid callbacks; they are copied.
+    let Some(callbacks) = (unsafe { functions.as_ref() }).copied() else {
+        return ptr::null_mut();
+    };
+    // SAFETY: strings of the master are NULL or terminated.
+    let (name, guid, location) =
+        unsafe { (text(instance_name), text(guid), text(resource_location)) };
+    let log = Log::new(
+        callbacks,
+        name.map(CStr::to_owned).unwrap_or_default(),
+        logging_on != 0,
+    );
+    let made = catch_unwind(AssertUnwindSafe(|| {
+        instantiate(name, fmu_type, guid, location)
+    }));
+    let (status, message) = match made {
+        Ok(Ok(starts)) => {
+            log.message(Status::Ok, "instantiated");
+            return Box::into_raw(Box::new(Instance::new(log, starts))).cast();
+        }
+        Ok(Err(message)) => (Status::Error, message),
+        Err(payload) => (Status::Fatal, panic_message(&*payload)),
+    };
+    log.message(status, &format!("fmi2Instantiate: {message}"));
+    ptr::null_mut()
+}
+
+/// Checks the arguments and reads the start values.
+fn instantiate(
+    name: Option<&CStr>,
+    fmu_type: c_int,
+    guid: Option<&CStr>,
+    location: Option<&CStr>,
+) -> Result<Starts, String> {
+    if name.is_none_or(CStr::is_empty) {
+        return Err("instanceName is NULL or empty; pass a name".into());
+    }
+    if fmu_type != CO_SIMULATION {
+        return Err(format!(
+            "fmuType {fmu_type} is not supported; this FMU is for co-simulation (1)"
+        ));
+    }
+    let folder = location.and_then(|uri| folder_of_uri(&uri.to_string_lossy()));
+    let starts = Starts::load(folder.as_deref())?;
+    let given = guid.map(CStr::to_string_lossy).unwrap_or_default();
+    if given != starts.guid {
+        return Err(format!(
+            "GUID '{given}' is not that of this binary, '{}'; \
+             use the modelDescription.xml packed with it",
+            starts.guid
+        ));
+    }
+    Ok(starts)
+}
+
+/// `fmi2FreeInstance`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
+    if !component.is_null() {
+        let instance = component.cast::<Instance>();
+        // SAFETY: the handle came from Box::into_raw in fmi2Instantiate and is freed once.
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            drop(unsafe { Box::from_raw(instance) })
+        }));
+    }
+}
+
+/// `fmi2SetDebugLogging`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    component: Component,
+    logging_on: Boolean,
+    count: usize,
+    categories: *const Text,
+) -> c_int {
+    let function = Function::SetDebugLogging;
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let mut list: Vec<CString> = Vec::with_capacity(count.min(16));
+            for &category in slice(categories, count, function, "categories")? {
+                let category = text(category).ok_or(Fault::NullArgument {
+                    function,
+                    argument: "categories",
+                })?;
+                list.push(category.to_owned());
+            }
+            instance.log.set(logging_on != 0, list)
+        })
+    }
+}
+
+/// `fmi2SetupExperiment`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    component: Component,
+    tolerance_defined: Boolean,
+    tolerance: f64,
+    start_time: f64,
+    stop_time_defined: Boolean,
+    stop_time: f64,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::SetupExperiment, |instance| {
+            instance.setup_experiment(Experiment {
+                start: start_time,
+                stop: (stop_time_defined != 0).then_some(stop_time),
+                tolerance: (tolerance_defined != 0).then_some(tolerance),
+            })
+        })
+    }
+}
+
+/// `fmi2EnterInitializationMode`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(component: Component) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::EnterInitializationMode, |instance| {
+            instance.enter_initialization();
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2ExitInitializationMode`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(component: Component) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::ExitInitializationMode, |instance| {
+            instance.exit_initialization()
+        })
+    }
+}
+
+/// `fmi2Terminate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Terminate(component: Component) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::Terminate, |instance| {
+            instance.content.phase = Phase::Terminated;
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2Reset`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(component: Component) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::Reset, |instance| {
+            instance.reset();
+            Ok(())
+        })
+    }
+}
+
+/// Reads `count` variables, each turned into the master's type by `convert`.
+///
+/// # Safety
+/// Contract of this module.
+unsafe fn get<T>(
+    component: Component,
+    function: Function,
+    access: Access,
+    references: *const ValueReference,
+    count: usize,
+    values: *mut T,
+    convert: impl Fn(f64) -> T,
+) -> c_int {
+    // SAFETY: contract of this module; every position written is below `count`.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let references = slice(references, count, function, "vr")?;
+            writable(values, count, function, "value")?;
+            instance.content.get(references, access, |position, value| {
+                values.add(position).write(convert(value));
+            })
+        })
+    }
+}
+
+/// Sets `count` variables.
+///
+/// # Safety
+/// Contract of this module.
+unsafe fn set<T: Copy>(
+    component: Component,
+    function: Function,
+    access: Access,
+    references: *const ValueReference,
+    count: usize,
+    values: *const T,
+    convert: impl Fn(T) -> f64,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let references = slice(references, count, function, "vr")?;
+            let values = slice(values, count, function, "value")?;
+            instance
+                .content
+                .set(references, access, |position| convert(values[position]))
+        })
+    }
+}
+
+/// `fmi2GetReal`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetReal(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *mut f64,
+) -> c_int {
+    let (function, access) = (Function::GetReal, Access::Real);
+    // SAFETY: contract of this module.
+    unsafe {
+        get(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |v| v,
+        )
+    }
+}
+
+/// `fmi2GetInteger`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetInteger(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *mut c_int,
+) -> c_int {
+    let (function, access) = (Function::GetInteger, Access::Integer);
+    // SAFETY: contract of this module.
+    unsafe {
+        get(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |v| v as c_int,
+        )
+    }
+}
+
+/// `fmi2GetBoolean`; no variable has this type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBoolean(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *mut Boolean,
+) -> c_int {
+    let (function, access) = (Function::GetBoolean, Access::Boolean);
+    // SAFETY: contract of this module.
+    unsafe {
+        get(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |v| v as c_int,
+        )
+    }
+}
+
+/// `fmi2GetString`; no variable has this type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetString(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *mut Text,
+) -> c_int {
+    let (function, access) = (Function::GetString, Access::Text);
+    // SAFETY: contract of this module.
+    unsafe {
+        get(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |_| c"".as_ptr(),
+        )
+    }
+}
+
+/// `fmi2SetReal`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetReal(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *const f64,
+) -> c_int {
+    let (function, access) = (Function::SetReal, Access::Real);
+    // SAFETY: contract of this module.
+    unsafe {
+        set(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |v| v,
+        )
+    }
+}
+
+/// `fmi2SetInteger`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetInteger(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *const c_int,
+) -> c_int {
+    let (function, access) = (Function::SetInteger, Access::Integer);
+    // SAFETY: contract of this module.
+    unsafe {
+        set(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            f64::from,
+        )
+    }
+}
+
+/// `fmi2SetBoolean`; no variable has this type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetBoolean(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *const Boolean,
+) -> c_int {
+    let (function, access) = (Function::SetBoolean, Access::Boolean);
+    // SAFETY: contract of this module.
+    unsafe {
+        set(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            f64::from,
+        )
+    }
+}
+
+/// `fmi2SetString`; no variable has this type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetString(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    values: *const Text,
+) -> c_int {
+    let (function, access) = (Function::SetString, Access::Text);
+    // SAFETY: contract of this module.
+    unsafe {
+        set(
+            component,
+            function,
+            access,
+            references,
+            count,
+            values,
+            |_| 0.0,
+        )
+    }
+}
+
+/// `fmi2GetFMUstate`: a new state, or the given one overwritten.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut StateHandle) -> c_int {
+    let function = Function::GetFmuState;
+    // SAFETY: contract of this module; a handle that is not NULL came from this FMU.
+    unsafe {
+        with_instance(component, function, |instance| {
+            writable(state, 1, function, "FMUstate")?;
+            match (*state).cast::<Content>().as_mut() {
+                Some(old) => old.clone_from(&instance.content),
+                None => *state = Box::into_raw(Box::new(instance.content.clone())).cast(),
+            }
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2SetFMUstate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: StateHandle) -> c_int {
+    let function = Function::SetFmuState;
+    // SAFETY: contract of this module; the handle is NULL or came from this FMU.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let state = state.cast::<Content>().as_ref();
+            let state = state.ok_or(Fault::NullArgument {
+                function,
+                argument: "FMUstate",
+            })?;
+            instance.content.clone_from(state);
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2FreeFMUstate`; NULL is no error (FMI 2.0.5, section 2.1.8).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(component: Component, state: *mut StateHandle) -> c_int {
+    // SAFETY: contract of this module; the handle is NULL or came from Box::into_raw above. It is set
+    // to NULL, so that freeing it again does nothing.
+    unsafe {
+        with_instance(component, Function::FreeFmuState, |_| {
+            if !state.is_null() && !(*state).is_null() {
+                drop(Box::from_raw((*state).cast::<Content>()));
+                *state = ptr::null_mut();
+            }
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2SerializedFMUstateSize`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
+    component: Component,
+    state: StateHandle,
+    size: *mut usize,
+) -> c_int {
+    let function = Function::SerializedFmuStateSize;
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |_| {
+            writable(size, 1, function, "size")?;
+            let state = state.cast::<Content>().as_ref();
+            let state = state.ok_or(Fault::NullArgument {
+                function,
+                argument: "FMUstate",
+            })?;
+            *size = fmu_state::serialize(state).len();
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2SerializeFMUstate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    component: Component,
+    state: StateHandle,
+    serialized: *mut c_char,
+    size: usize,
+) -> c_int {
+    let function = Function::SerializeFmuState;
+    // SAFETY: contract of this module; at most `size` bytes are written.
+    unsafe {
+        with_instance(component, function, |_| {
+            writable(serialized, 1, function, "serializedState")?;
+            let state = state.cast::<Content>().as_ref();
+            let state = state.ok_or(Fault::NullArgument {
+                function,
+                argument: "FMUstate",
+            })?;
+            let bytes = fmu_state::serialize(state);
+            if size < bytes.len() {
+                return Err(Fault::BadArgument {
+                    function,
+                    argument: "size",
+                    value: size as f64,
+                    unit: "bytes",
+                    required: format!("at least {}", bytes.len()),
+                });
+            }
+            ptr::copy_nonoverlapping(bytes.as_ptr().cast(), serialized, bytes.len());
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2DeSerializeFMUstate`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    component: Component,
+    serialized: *const c_char,
+    size: usize,
+    state: *mut StateHandle,
+) -> c_int {
+    let function = Function::DeSerializeFmuState;
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |_| {
+            writable(state, 1, function, "FMUstate")?;
+            let bytes = slice(serialized.cast::<u8>(), size, function, "serializedState")?;
+            let content = fmu_state::deserialize(bytes)?;
+            match (*state).cast::<Content>().as_mut() {
+                Some(old) => *old = content,
+                None => *state = Box::into_raw(Box::new(content)).cast(),
+            }
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2GetDirectionalDerivative`: not offered (see the description's flags).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    component: Component,
+    _unknown: *const ValueReference,
+    _unknown_count: usize,
+    _known: *const ValueReference,
+    _known_count: usize,
+    _seed: *const f64,
+    _sensitivity: *mut f64,
+) -> c_int {
+    let function = Function::GetDirectionalDerivative;
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |_| {
+            Err(Fault::Unsupported {
+                function,
+                what: "a directional derivative".into(),
+            })
+        })
+    }
+}
+
+/// `fmi2SetRealInputDerivatives`: the rate holds for the next step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    orders: *const c_int,
+    values: *const f64,
+) -> c_int {
+    let function = Function::SetRealInputDerivatives;
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let references = slice(references, count, function, "vr")?;
+            let orders = slice(orders, count, function, "order")?;
+            let values = slice(values, count, function, "value")?;
+            instance.content.set_input_rates(references, orders, values)
+        })
+    }
+}
+
+/// `fmi2GetRealOutputDerivatives`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
+    component: Component,
+    references: *const ValueReference,
+    count: usize,
+    orders: *const c_int,
+    values: *mut f64,
+) -> c_int {
+    let function = Function::GetRealOutputDerivatives;
+    // SAFETY: contract of this module; every position written is below `count`.
+    unsafe {
+        with_instance(component, function, |instance| {
+            let references = slice(references, count, function, "vr")?;
+            let orders = slice(orders, count, function, "order")?;
+            writable(values, count, function, "value")?;
+            instance
+                .content
+                .output_rates(references, orders, |position, value| {
+                    values.add(position).write(value);
+                })
+        })
+    }
+}
+
+/// `fmi2DoStep`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DoStep(
+    component: Component,
+    current_communication_point: f64,
+    communication_step_size: f64,
+    _no_set_state_before_current_point: Boolean,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, Function::DoStep, |instance| {
+            instance.do_step(current_communication_point, communication_step_size)
+        })
+    }
+}
+
+/// `fmi2CancelStep`: steps are synchronous, so there is never one to cancel.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2CancelStep(component: Component) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe { with_instance(component, Function::CancelStep, |_| Ok(())) }
+}
+
+/// Answers a question about the last step.
+///
+/// # Safety
+/// Contract of this module.
+unsafe fn answer<T>(
+    component: Component,
+    function: Function,
+    kind: c_int,
+    value: *mut T,
+    answer: impl FnOnce(&Instance) -> Option<T>,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        with_instance(component, function, |instance| {
+            writable(value, 1, function, "value")?;
+            *value = answer(instance).ok_or_else(|| Fault::Unsupported {
+                function,
+                what: format!("status kind {kind}"),
+            })?;
+            Ok(())
+        })
+    }
+}
+
+/// `fmi2GetStatus`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStatus(
+    component: Component,
+    kind: c_int,
+    value: *mut c_int,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        answer(component, Function::GetStatus, kind, value, |instance| {
+            (kind == DO_STEP_STATUS).then(|| instance.content.last_step.code())
+        })
+    }
+}
+
+/// `fmi2GetRealStatus`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(
+    component: Component,
+    kind: c_int,
+    value: *mut f64,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        answer(
+            component,
+            Function::GetRealStatus,
+            kind,
+            value,
+            |instance| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.content.time),
+        )
+    }
+}
+
+/// `fmi2GetIntegerStatus`: the standard defines no kind of this type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetIntegerStatus(
+    component: Component,
+    kind: c_int,
+    value: *mut c_int,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe { answer(component, Function::GetIntegerStatus, kind, value, |_| None) }
+}
+
+/// `fmi2GetBooleanStatus`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(
+    component: Component,
+    kind: c_int,
+    value: *mut Boolean,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        answer(component, Function::GetBooleanStatus, kind, value, |_| {
+            (kind == TERMINATED).then_some(0)
+        })
+    }
+}
+
+/// `fmi2GetStringStatus`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStringStatus(
+    component: Component,
+    kind: c_int,
+    value: *mut Text,
+) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        answer(component, Function::GetStringStatus, kind, value, |_| {
+            (kind == PENDING_STATUS).then_some(c"".as_ptr())
+        })
+    }
+}

@@ -1,0 +1,139 @@
+//! Serialised states: versioned, checksummed, readable in another process.
+//!
+//! Layout: magic (8 bytes), version (u32), length of the payload (u64), payload, FNV-1a of all before
+//! (u64); numbers little-endian, floating point by its bits.
+
+use crate::instance::{Content, Experiment};
+use crate::lifecycle::Phase;
+use crate::setup::{self, PLACES};
+use crate::status::{Fault, Status};
+use beam_physics::simulate::Simulation;
+use beam_physics::simulate::snapshot::{Codec, Reader, Writer};
+
+const MAGIC: [u8; 8] = *b"SSBEAM\r\n";
+const VERSION: u32 = 1;
+const HEADER: usize = 8 + 4 + 8;
+const CHECKSUM: usize = 8;
+
+/// Bytes of a state.
+pub fn serialize(content: &Content) -> Vec<u8> {
+    let mut writer = Writer::default();
+    // The enumeration of fields wants to be able to write; a copy serves it.
+    exchange(&mut content.clone(), &mut writer).expect("writing does not fail");
+    let payload = writer.bytes;
+    let mut out = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
+    out.extend(MAGIC);
+    out.extend(VERSION.to_le_bytes());
+    out.extend((payload.len() as u64).to_le_bytes());
+    out.extend(payload);
+    let sum = checksum(&out);
+    out.extend(sum.to_le_bytes());
+    out
+}
+
+/// The state in `bytes`.
+///
+/// # Errors
+/// [`Fault::BrokenState`] for anything that [`serialize`] did not write.
+pub fn deserialize(bytes: &[u8]) -> Result<Content, Fault> {
+    let broken = |problem: &str| Fault::BrokenState {
+        problem: problem.to_owned(),
+    };
+    if bytes.len() < HEADER + CHECKSUM || bytes[..8] != MAGIC {
+        return Err(broken("it is not a state of this model"));
+    }
+    let version = u32::from_le_bytes(bytes[8..12].try_into().expect("4 bytes"));
+    if version != VERSION {
+        return Err(broken(&format!(
+            "it has version {version}, this FMU reads version {VERSION}"
+        )));
+    }
+    let length = u64::from_le_bytes(bytes[12..20].try_into().expect("8 bytes"));
+    let end = usize::try_from(length)
+        .ok()
+        .and_then(|n| n.checked_add(HEADER));
+    let Some(end) = end.filter(|end| end.checked_add(CHECKSUM) == Some(bytes.len())) else {
+        return Err(broken("it is truncated or has bytes too many"));
+    };
+    let sum = u64::from_le_bytes(bytes[end..].try_into().expect("8 bytes"));
+    if sum != checksum(&bytes[..end]) {
+        return Err(broken("its checksum does not match"));
+    }
+    let mut content = Content::blank();
+    let mut reader = Reader::new(&bytes[HEADER..end]);
+    exchange(&mut content, &mut reader)
+        .filter(|()| reader.is_empty())
+        .ok_or_else(|| broken("its content does not fit this version of the model"))?;
+    Ok(content)
+}
+
+/// FNV-1a.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+/// Names every field once, for writing and for reading.
+fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
+    let mut phase = content.phase as u8;
+    codec.byte(&mut phase)?;
+    content.phase = Phase::from_number(phase)?;
+    let mut count = content.values.len() as u64;
+    codec.count(&mut count)?;
+    if count != content.values.len() as u64 {
+        return None;
+    }
+    for value in &mut content.values {
+        codec.number(value)?;
+    }
+    codec.number(&mut content.experiment.start)?;
+    optional(&mut content.experiment.stop, codec)?;
+    optional(&mut content.experiment.tolerance, codec)?;
+    codec.number(&mut content.time)?;
+    for rate in &mut content.input_rates {
+        codec.number(rate)?;
+    }
+    codec.flag(&mut content.inputs_touched)?;
+    codec.flag(&mut content.stale)?;
+    let mut status = content.last_step.code() as u8;
+    codec.byte(&mut status)?;
+    content.last_step = match status {
+        0 => Status::Ok,
+        2 => Status::Discard,
+        3 => Status::Error,
+        _ => return None,
+    };
+    let mut running = content.run.is_some();
+    codec.flag(&mut running)?;
+    if !running {
+        return Some(());
+    }
+    if content.built.is_empty() {
+        content.built = content.values.clone();
+    }
+    for value in &mut content.built {
+        codec.number(value)?;
+    }
+    if content.run.is_none() {
+        content.run = Some(rebuilt(&content.built, &content.experiment)?);
+    }
+    content.run.as_mut()?.exchange(codec)
+}
+
+/// A run with the model of `values`, to be filled.
+fn rebuilt(values: &[f64], experiment: &Experiment) -> Option<Simulation> {
+    let inputs = PLACES.inputs(values, [0.0; 2], experiment.start);
+    let model = setup::model(values, inputs).ok()?;
+    let start = PLACES.start(values, &model, experiment.start);
+    Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()
+}
+
+fn optional(value: &mut Option<f64>, codec: &mut impl Codec) -> Option<()> {
+    let mut present = value.is_some();
+    let mut number = value.unwrap_or(0.0);
+    codec.flag(&mut present)?;
+    codec.number(&mut number)?;
+    *value = present.then_some(number);
+    Some(())
+}

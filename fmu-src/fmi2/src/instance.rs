@@ -1,0 +1,300 @@
+//! One instance: values of the variables, the run, and the steps from one communication point to the next.
+
+use crate::lifecycle::{Function, Phase};
+use crate::log::Log;
+use crate::resource::Starts;
+use crate::setup::{self, PLACES};
+use crate::status::{Fault, Status};
+use beam_model_description::variables;
+use beam_physics::error::PhysicsError;
+use beam_physics::simulate::Simulation;
+
+/// What `fmi2SetupExperiment` fixes.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Experiment {
+    /// Start time in s.
+    pub start: f64,
+    /// Stop time in s, if any.
+    pub stop: Option<f64>,
+    /// Relative tolerance that the master asks for, if any.
+    pub tolerance: Option<f64>,
+}
+
+/// Everything of an instance that changes; what `fmi2GetFMUstate` copies.
+#[derive(Clone)]
+pub struct Content {
+    /// Phase of the calling sequence.
+    pub phase: Phase,
+    /// Values set (or start values) in the order of the table.
+    pub values: Vec<f64>,
+    /// The experiment.
+    pub experiment: Experiment,
+    /// The present communication point in s.
+    pub time: f64,
+    /// Rates of the inputs (m/s^2, N/s) for the next step.
+    pub input_rates: [f64; 2],
+    /// An input was set since the last step.
+    pub inputs_touched: bool,
+    /// The run, once there is one.
+    pub run: Option<Simulation>,
+    /// Values from which the run's model was built.
+    pub built: Vec<f64>,
+    /// The run does not reflect the values any more.
+    pub stale: bool,
+    /// Status of the last step.
+    pub last_step: Status,
+}
+
+/// An instance of the FMU.
+pub struct Instance {
+    /// Messages to the master.
+    pub log: Log,
+    /// Start values of this FMU.
+    pub starts: Starts,
+    /// What changes.
+    pub content: Content,
+}
+
+impl Instance {
+    /// A fresh instance.
+    pub fn new(log: Log, starts: Starts) -> Self {
+        let mut content = Content::blank();
+        content.values.copy_from_slice(&starts.values);
+        Self {
+            log,
+            starts,
+            content,
+        }
+    }
+
+    /// Refuses a call that is not legal in the present phase.
+    ///
+    /// # Errors
+    /// [`Fault::IllegalCall`].
+    #[inline]
+    pub fn admit(&self, function: Function) -> Result<(), Fault> {
+        let legal = function.legal_phases();
+        if legal.contains(&self.content.phase) {
+            return Ok(());
+        }
+        let allowed: Vec<_> = legal.iter().map(Phase::to_string).collect();
+        Err(Fault::IllegalCall {
+            function,
+            phase: self.content.phase,
+            allowed: if allowed.is_empty() {
+                "never".into()
+            } else {
+                allowed.join(", ")
+            },
+        })
+    }
+
+    /// `fmi2SetupExperiment`.
+    ///
+    /// # Errors
+    /// Times or a tolerance that make no sense.
+    pub fn setup_experiment(&mut self, experiment: Experiment) -> Result<(), Fault> {
+        let bad = |argument, value, unit, required: &str| Fault::BadArgument {
+            function: Function::SetupExperiment,
+            argument,
+            value,
+            unit,
+            required: required.into(),
+        };
+        if !experiment.start.is_finite() {
+            return Err(bad("startTime", experiment.start, "s", "finite"));
+        }
+        if let Some(stop) = experiment.stop
+            && !(stop.is_finite() && stop >= experiment.start)
+        {
+            return Err(bad(
+                "stopTime",
+                stop,
+                "s",
+                "finite and not before startTime",
+            ));
+        }
+        if let Some(tolerance) = experiment.tolerance
+            && !(tolerance.is_finite() && tolerance > 0.0)
+        {
+            return Err(bad("tolerance", tolerance, "1", "finite and positive"));
+        }
+        self.content.experiment = experiment;
+        self.content.time = experiment.start;
+        Ok(())
+    }
+
+    /// `fmi2EnterInitializationMode`.
+    pub fn enter_initialization(&mut self) {
+        self.content.phase = Phase::Initialization;
+        self.content.stale = true;
+    }
+
+    /// `fmi2ExitInitializationMode`.
+    ///
+    /// # Errors
+    /// Values with which the equations can't be set up; they can be corrected and the call repeated.
+    pub fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.content.refresh()?;
+        self.content.phase = Phase::StepComplete;
+        Ok(())
+    }
+
+    /// `fmi2Reset`.
+    pub fn reset(&mut self) {
+        let content = &mut self.content;
+        content.phase = Phase::Instantiated;
+        content.values.copy_from_slice(&self.starts.values);
+        content.experiment = Experiment::default();
+        content.time = 0.0;
+        content.input_rates = [0.0; 2];
+        content.inputs_touched = false;
+        content.stale = true;
+        content.last_step = Status::Ok;
+    }
+
+    /// `fmi2DoStep` from `point` in s over `step` in s.
+    ///
+    /// # Errors
+    /// Arguments that make no sense (nothing is changed then), or a motion that can't be integrated.
+    pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Fault> {
+        let content = &mut self.content;
+        content.check_step(point, step)?;
+        content.apply_inputs()?;
+        let target = point + step;
+        let run = content.run.as_mut().expect("initialised");
+        // A master's clock may lie a few digits behind ours; time never runs backwards.
+        let result = run.advance_to(target.max(run.time()));
+        content.input_rates = [0.0; 2];
+        match result {
+            Ok(()) => {
+                content.time = target;
+                content.last_step = Status::Ok;
+                Ok(())
+            }
+            Err(cause) => {
+                content.time = run.time();
+                let fault = Fault::StepStopped {
+                    time: content.time,
+                    cause,
+                };
+                content.last_step = fault.status();
+                content.phase = match fault.status() {
+                    Status::Discard => Phase::StepFailed,
+                    _ => Phase::Error,
+                };
+                Err(fault)
+            }
+        }
+    }
+}
+
+impl Content {
+    /// Before anything was set.
+    pub fn blank() -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            values: vec![0.0; variables().len()],
+            experiment: Experiment::default(),
+            time: 0.0,
+            input_rates: [0.0; 2],
+            inputs_touched: false,
+            run: None,
+            built: Vec::new(),
+            stale: true,
+            last_step: Status::Ok,
+        }
+    }
+
+    /// Builds or restarts the run if a value has changed since.
+    ///
+    /// # Errors
+    /// Values with which the equations can't be set up.
+    pub fn refresh(&mut self) -> Result<(), PhysicsError> {
+        if !self.stale {
+            return Ok(());
+        }
+        let places = &*PLACES;
+        let time = self.experiment.start;
+        let inputs = places.inputs(&self.values, self.input_rates, time);
+        // The tighter of both requests holds, so that a master's default can't spoil the result.
+        let own = self.values[places.tolerance];
+        let tolerance = self
+            .experiment
+            .tolerance
+            .map_or(own, |asked| own.min(asked));
+        match &mut self.run {
+            Some(run) if places.same_model(&self.values, &self.built) => {
+                let start = places.start(&self.values, run.model(), time);
+                run.restart(inputs, &start, tolerance)?;
+            }
+            _ => {
+                self.run = None;
+                let model = setup::model(&self.values, inputs)?;
+                let start = places.start(&self.values, &model, time);
+                self.run = Some(Simulation::from_model(model, inputs, &start, tolerance)?);
+                self.built.clone_from(&self.values);
+            }
+        }
+        self.stale = false;
+        self.inputs_touched = false;
+        Ok(())
+    }
+
+    /// Hands inputs to the run where they differ from those that hold. Setting an input to the same
+    /// value must not disturb the run: what it has integrated ahead stays valid, and the result does
+    /// not depend on how often a master sets inputs.
+    ///
+    /// # Errors
+    /// Inputs outside the range in which the equations hold.
+    pub fn apply_inputs(&mut self) -> Result<(), PhysicsError> {
+        let run = self.run.as_mut().expect("initialised");
+        let wanted = PLACES.inputs(&self.values, self.input_rates, run.time());
+        let now = run.inputs();
+        let same = now.belt_velocity == wanted.belt_velocity
+            && now.normal_force == wanted.normal_force
+            && [now.belt_acceleration, now.normal_force_rate] == [0.0; 2]
+            && self.input_rates == [0.0; 2];
+        if !same {
+            run.set_inputs(wanted)?;
+        }
+        self.inputs_touched = false;
+        Ok(())
+    }
+
+    /// Checks the arguments of a step: masters' clocks jitter in the last digits and may drift, so
+    /// small differences are taken as they come; a wrong point is an error.
+    fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
+        let bad = |argument, value, required: String| {
+            Err(Fault::BadArgument {
+                function: Function::DoStep,
+                argument,
+                value,
+                unit: "s",
+                required,
+            })
+        };
+        if !(step.is_finite() && step > 0.0) {
+            return bad("communicationStepSize", step, "finite and positive".into());
+        }
+        let slack = 1e-3 * step + 1e-9 * self.time.abs().max(1.0);
+        if !point.is_finite() || (point - self.time).abs() > slack {
+            return bad(
+                "currentCommunicationPoint",
+                point,
+                format!(
+                    "the end of the last step, {} s (to go back, restore a state)",
+                    self.time
+                ),
+            );
+        }
+        match self.experiment.stop {
+            Some(stop) if point + step > stop + 1e-6 * step + 1e-9 * stop.abs().max(1.0) => bad(
+                "communicationStepSize",
+                step,
+                format!("such that the step ends at the stop time, {stop} s"),
+            ),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! From the values of the variables to a run of the physics.
+
+use beam_model_description::{ModeItem, Quantity, variables};
+use beam_physics::beam::{Beam, MAX_MODES, ModalOscillator};
+use beam_physics::belt::Inputs;
+use beam_physics::effects::CATALOGUE;
+use beam_physics::error::PhysicsError;
+use beam_physics::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
+use beam_physics::integrate::MAX_STATES;
+use beam_physics::model::Model;
+use beam_physics::parameters::ModelParameters;
+use beam_physics::simulate::{Start, StartContact};
+use std::sync::LazyLock;
+
+/// Where the quantities that a start needs lie in the table, looked up once.
+pub struct Places {
+    /// Index of `belt_velocity`.
+    pub belt_velocity: usize,
+    /// Index of `normal_force`.
+    pub normal_force: usize,
+    /// Index of `tolerance`.
+    pub tolerance: usize,
+    mode_count: usize,
+    start_contact: usize,
+    start_effects: usize,
+    belt_travel: usize,
+    dwell: usize,
+    q: [usize; MAX_MODES],
+    q_dot: [usize; MAX_MODES],
+    /// Index of an effect's first state, by card.
+    effect_states: Vec<usize>,
+    /// Indices of everything that the model is built from.
+    model: Vec<usize>,
+}
+
+/// The places.
+pub static PLACES: LazyLock<Places> = LazyLock::new(|| {
+    let find = |quantity: Quantity| {
+        variables()
+            .iter()
+            .position(|v| v.quantity == quantity)
+            .expect("the table has every quantity")
+    };
+    let effect_states = CATALOGUE
+        .iter()
+        .enumerate()
+        .map(|(card, entry)| {
+            if entry.states.is_empty() {
+                usize::MAX
+            } else {
+                find(Quantity::EffectState(card, 0))
+            }
+        })
+        .collect();
+    Places {
+        belt_velocity: find(Quantity::BeltVelocity),
+        normal_force: find(Quantity::NormalForce),
+        tolerance: find(Quantity::Tolerance),
+        mode_count: find(Quantity::ModeCount),
+        start_contact: find(Quantity::StartContact),
+        start_effects: find(Quantity::StartEffects),
+        belt_travel: find(Quantity::BeltTravelStart),
+        dwell: find(Quantity::DwellTimeStart),
+        q: std::array::from_fn(|j| find(Quantity::Mode(j, ModeItem::Displacement))),
+        q_dot: std::array::from_fn(|j| find(Quantity::Mode(j, ModeItem::Velocity))),
+        effect_states,
+        model: variables()
+            .iter()
+            .enumerate()
+            .filter(|(_, v)| v.is_settable() && builds_the_model(v.quantity))
+            .map(|(index, _)| index)
+            .collect(),
+    }
+});
+
+/// Whether a change of the quantity needs the model to be built anew.
+fn builds_the_model(quantity: Quantity) -> bool {
+    !matches!(
+        quantity,
+        Quantity::BeltVelocity
+            | Quantity::NormalForce
+            | Quantity::Tolerance
+            | Quantity::StartContact
+            | Quantity::StartEffects
+            | Quantity::BeltTravelStart
+            | Quantity::DwellTimeStart
+            | Quantity::EffectState(..)
+            | Quantity::Mode(_, ModeItem::Displacement | ModeItem::Velocity)
+    )
+}
+
+impl Places {
+    /// Whether both sets of values lead to the same model.
+    pub fn same_model(&self, a: &[f64], b: &[f64]) -> bool {
+        self.model.iter().all(|&i| a[i].to_bits() == b[i].to_bits())
+    }
+
+    /// The inputs of `values` with rates per second, from `since` in s on.
+    pub fn inputs(&self, values: &[f64], rates: [f64; 2], since: f64) -> Inputs {
+        Inputs {
+            since,
+            belt_velocity: values[self.belt_velocity],
+            belt_acceleration: rates[0],
+            normal_force: values[self.normal_force],
+            normal_force_rate: rates[1],
+        }
+    }
+
+    /// The start of a run at `time` in s.
+    pub fn start(&self, values: &[f64], model: &Model, time: f64) -> Start {
+        let mut state = [0.0; MAX_STATES];
+        for j in 0..values[self.mode_count] as usize {
+            state[2 * j] = values[self.q[j]];
+            state[2 * j + 1] = values[self.q_dot[j]];
+        }
+        for (card, &place) in self.effect_states.iter().enumerate() {
+            if place != usize::MAX
+                && let Some((first, count)) = model.effect_states(card)
+            {
+                state[first..first + count].copy_from_slice(&values[place..place + count]);
+            }
+        }
+        Start {
+            time,
+            state,
+            contact: match values[self.start_contact] as i32 {
+                1 => StartContact::Stick,
+                2 => StartContact::Slip,
+                _ => StartContact::Automatic,
+            },
+            belt_travel: values[self.belt_travel],
+            dwell: values[self.dwell],
+            settled: values[self.start_effects] == 1.0,
+        }
+    }
+}
+
+/// Builds the model from `values`.
+///
+/// # Errors
+/// Parameters outside the range in which the equations hold.
+pub fn model(values: &[f64], inputs: Inputs) -> Result<Model, PhysicsError> {
+    Model::new(&parameters(values)?, inputs)
+}
+
+/// The physics' parameters from `values`.
+fn parameters(values: &[f64]) -> Result<ModelParameters, PhysicsError> {
+    let mut out = ModelParameters::default();
+    let mut modes = [ModalOscillator {
+        frequency: 0.0,
+        damping_ratio: 0.0,
+        mass: 0.0,
+        tip_value: 0.0,
+    }; MAX_MODES];
+    let mut mode_count = 0;
+    let mut law = 1;
+    let mut eq7 = Exponential::default();
+    let (mut mu_s, mut mu_k) = (0.0, 0.0);
+    let (mut velocity, mut exponent, mut viscous) = (0.0, 0.0, 0.0);
+    let mut rows = 0;
+    let mut speeds = [0.0; MAX_TABLE];
+    let mut coefficients = [0.0; MAX_TABLE];
+    for &index in &PLACES.model {
+        let value = values[index];
+        match variables()[index].quantity {
+            Quantity::ModeCount => mode_count = value as usize,
+            Quantity::Mode(j, item) => match item {
+                ModeItem::Frequency => modes[j].frequency = value,
+                ModeItem::DampingRatio => modes[j].damping_ratio = value,
+                ModeItem::Mass => modes[j].mass = value,
+                ModeItem::TipValue => modes[j].tip_value = value,
+                ModeItem::Displacement | ModeItem::Velocity => {}
+            },
+            Quantity::FrictionLaw => law = value as i32,
+            Quantity::Mu0 => eq7.mu_0 = value,
+            Quantity::A1 => eq7.a1 = value,
+            Quantity::V1 => eq7.v1 = value,
+            Quantity::A2 => eq7.a2 = value,
+            Quantity::C2 => eq7.c2 = value,
+            Quantity::MuS => mu_s = value,
+            Quantity::MuK => mu_k = value,
+            Quantity::StribeckVelocity => velocity = value,
+            Quantity::StribeckExponent => exponent = value,
+            Quantity::Viscous => viscous = value,
+            Quantity::TableCount => rows = value as usize,
+            Quantity::TableVelocity(row) => speeds[row] = value,
+            Quantity::TableCoefficient(row) => coefficients[row] = value,
+            Quantity::FrictionLevel => out.friction_level = value,
+            Quantity::SensorOffset => out.sensor_offset = value,
+            Quantity::EffectParameter(card, parameter) => out.effects.set(card, parameter, value),
+            _ => {}
+        }
+    }
+    out.beam = Beam::new(&modes[..mode_count])?;
+    out.friction = match law {
+        2 => FrictionLaw::StelterAsPrinted(eq7),
+        3 => FrictionLaw::Coulomb { mu_s, mu_k },
+        4 => FrictionLaw::Stribeck {
+            mu_s,
+            mu_k,
+            velocity,
+            exponent,
+            viscous,
+        },
+        5 => FrictionLaw::Table(Table::new(&speeds[..rows], &coefficients[..rows])?),
+        _ => FrictionLaw::Stelter(eq7),
+    };
+    Ok(out)
+}

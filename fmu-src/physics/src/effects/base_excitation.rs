@@ -1,0 +1,101 @@
+//! The clamp of the beam shakes.
+
+use super::{Card, Context, Effect, Motion, Parameter, Role};
+use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
+use crate::error::PhysicsError;
+use crate::unit::{HERTZ, METRE_PER_SECOND2, RADIAN};
+use std::f64::consts::TAU;
+
+/// Describes the effect.
+pub static CARD: Card = Card {
+    id: "base_excitation",
+    title: "The clamp shakes",
+    equation: "q_j'' = ... - A cos(2 pi f t + p) g_j,  g_j = integral of phi_j over the length = 0.783, 0.434, 0.254, ...",
+    description: "The clamp moves with a harmonic acceleration (machine vibration), and the beam's inertia pulls \
+                  each mode back. Displacements are measured relative to the clamp, and the belt moves with it.",
+    source: "Inman 2014, Engineering Vibration, sect. 2.4; modal participation of the eigenfunctions of Stelter 1992, eq. (6)",
+    signature: "a line at a fixed frequency, in stick as a force and in slip as a motion, whatever the load",
+    confounders: "normal_force_modulation (scales with F_N), belt_periodic_friction (follows v0); a second load and \
+                  belt speed separate them",
+    first_value_reference: 900,
+    parameters: &[
+        Parameter {
+            name: "amplitude",
+            description: "amplitude A of the clamp's acceleration",
+            unit: METRE_PER_SECOND2,
+            start: 0.0,
+            typical: 2.0,
+            min: 0.0,
+            max: 50.0,
+            role: Role::Amplitude,
+        },
+        Parameter {
+            name: "frequency",
+            description: "frequency f of the shaking",
+            unit: HERTZ,
+            start: 25.0,
+            typical: 25.0,
+            min: 2.0,
+            max: 1000.0,
+            role: Role::Shape,
+        },
+        Parameter {
+            name: "phase",
+            description: "phase p at t = 0",
+            unit: RADIAN,
+            start: 0.0,
+            typical: 0.0,
+            min: -std::f64::consts::PI,
+            max: std::f64::consts::PI,
+            role: Role::Phase,
+        },
+    ],
+    states: &[],
+    build,
+};
+
+struct Shaking {
+    amplitude: f64,
+    angular_frequency: f64,
+    phase: f64,
+    participation: [f64; MAX_MODES],
+}
+
+fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
+    let &[amplitude, frequency, phase] = context.values else {
+        unreachable!("three parameters on the card")
+    };
+    if amplitude == 0.0 {
+        return Ok(None);
+    }
+    context.require(0, true, "finite")?;
+    context.require(1, frequency >= 0.0, "zero or positive")?;
+    context.require(2, true, "finite")?;
+    Ok(Some(Box::new(Shaking {
+        amplitude,
+        angular_frequency: TAU * frequency,
+        phase,
+        participation: [0.0; MAX_MODES],
+    })))
+}
+
+impl Effect for Shaking {
+    fn prepare(&mut self, beam: &Beam) {
+        for (j, mode) in beam.modes().iter().enumerate() {
+            // rho A l integral(phi_j)/m_j: twice the mode shape is half the coordinate.
+            self.participation[j] = mode_integrals().mean[j] / cantilever_scale(j, mode.tip_value);
+        }
+    }
+    fn add_modal_acceleration(&self, m: &Motion, _q: &[f64], acceleration: &mut [f64]) {
+        let clamp = self.amplitude * (self.angular_frequency * m.time + self.phase).cos();
+        for (sum, g) in acceleration.iter_mut().zip(&self.participation) {
+            *sum -= clamp * g;
+        }
+    }
+    fn fastest_rate(&self) -> f64 {
+        self.angular_frequency
+    }
+    fn is_linear_in_stick(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,63 @@
+//! A measuring chain that is late or band-limited.
+
+use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
+use crate::error::PhysicsError;
+use crate::unit::{METRE, SECOND};
+
+/// Describes the effect.
+pub static CARD: Card = Card {
+    id: "sensor_lag",
+    title: "The measuring chain is slow",
+    equation: "tau y' = w - y,  measured displacement = y",
+    description: "Sensor or amplifier act as a first-order low-pass on the displacement. The motion itself is unchanged.",
+    source: "Doebelin 1990, Measurement Systems, 4th ed., sect. 3.3 (first-order instrument)",
+    signature: "the whole waveform is delayed and rounded; the corners of stick come late",
+    confounders: "presliding_compliance, frictional_lag; a free vibration without contact shows the sensor alone",
+    first_value_reference: 2200,
+    parameters: &[Parameter {
+        name: "time_constant",
+        description: "time constant tau of the measuring chain; 0 means immediate",
+        unit: SECOND,
+        start: 0.0,
+        typical: 2e-4,
+        min: 3e-6,
+        max: 5e-3,
+        role: Role::Shape,
+    }],
+    states: &[StateVariable {
+        name: "reading",
+        description: "displacement y as measured",
+        unit: METRE,
+        nominal: 1e-3,
+    }],
+    build,
+};
+
+struct SensorLag(f64);
+
+fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
+    let &[time_constant] = context.values else {
+        unreachable!("one parameter on the card")
+    };
+    if time_constant == 0.0 {
+        return Ok(None);
+    }
+    context.require(0, time_constant >= 1e-7, "zero (off) or at least 1e-7")?;
+    Ok(Some(Box::new(SensorLag(time_constant))))
+}
+
+impl Effect for SensorLag {
+    fn add_rates(&self, m: &Motion, _contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+        rates[0] += (m.displacement - x[0]) / self.0;
+    }
+    fn measured_displacement(&self, _displacement: f64, x: &[f64]) -> Option<f64> {
+        Some(x[0])
+    }
+    fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [f64]) {
+        // A ramp is followed with the delay tau once the start has been forgotten.
+        x[0] += m.displacement - self.0 * m.velocity;
+    }
+    fn fastest_rate(&self) -> f64 {
+        1.0 / self.0
+    }
+}

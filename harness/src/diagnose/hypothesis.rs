@@ -1,0 +1,371 @@
+//! A hypothesis: the reference model plus some effects, with everything that may be turned.
+
+use super::candidate::{Candidate, Role};
+use super::knob::{Knob, Scale};
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::{BeamKnowledge, Campaign};
+use crate::observer::{Mode, Structure};
+
+/// Most profile nodes that one run is given.
+pub const MAX_NODES: usize = 32;
+
+/// An effect chosen, with the values of its settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Index in the FMU's list of effects.
+    pub effect: usize,
+    /// Setting values: parameter index and value.
+    pub settings: Vec<(usize, f64)>,
+}
+
+/// Value references of the FMU's variables that every hypothesis needs.
+pub struct References {
+    /// belt_velocity, normal_force.
+    pub inputs: [u32; 2],
+    /// measured_displacement.
+    pub measured: u32,
+    /// contact_mode (an enumeration, 0 = stick).
+    pub contact_mode: u32,
+    /// start.contact (an enumeration).
+    pub contact: u32,
+    /// start.effects (an enumeration).
+    pub start_effects: u32,
+    /// mode_count (an integer).
+    pub mode_count: u32,
+    /// belt_travel.start and dwell_time.start.
+    pub history: [u32; 2],
+    /// q[j], q_dot[j] in turn.
+    pub states: Vec<u32>,
+}
+
+impl References {
+    /// Looks the names up.
+    ///
+    /// # Errors
+    /// A variable that the FMU does not have.
+    pub fn new(fmu: &Fmu, modes: usize) -> Result<Self, Error> {
+        let one = |name: &str| fmu.variable(name).map(|v| v.reference);
+        let mut states = Vec::new();
+        for j in 1..=modes {
+            states.push(one(&format!("q[{j}]"))?);
+            states.push(one(&format!("q_dot[{j}]"))?);
+        }
+        Ok(Self {
+            inputs: [one("belt_velocity")?, one("normal_force")?],
+            measured: one("measured_displacement")?,
+            contact_mode: one("contact_mode")?,
+            contact: one("start.contact")?,
+            start_effects: one("start.effects")?,
+            mode_count: one("mode_count")?,
+            history: [one("belt_travel.start")?, one("dwell_time.start")?],
+            states,
+        })
+    }
+}
+
+/// The structure as a campaign gives it, with the FMU's start values for what is left out.
+///
+/// # Errors
+/// Modal data that no structure can have.
+pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
+    let start = |name: String| -> Result<f64, Error> {
+        Ok(fmu.variable(&name)?.start_number().unwrap_or(f64::NAN))
+    };
+    let count = if beam.natural_frequencies_hz.is_empty() {
+        start("mode_count".into())? as usize
+    } else {
+        beam.natural_frequencies_hz.len()
+    };
+    let mut modes = Vec::new();
+    for j in 0..count {
+        let of = |list: &[f64], item: &str| match list.get(j) {
+            Some(value) => Ok(*value),
+            None => start(format!("mode[{}].{item}", j + 1)),
+        };
+        modes.push(Mode {
+            frequency_hz: of(&beam.natural_frequencies_hz, "frequency")?,
+            damping_ratio: of(&beam.damping_ratios, "damping_ratio")?,
+            mass_kg: match beam.masses_kg.len() {
+                1 => beam.masses_kg[0],
+                _ => of(&beam.masses_kg, "mass")?,
+            },
+            tip_value: of(&beam.tip_values, "tip_value")?,
+        });
+    }
+    Structure::new(modes).map_err(|source| Error::Observer {
+        run: "[beam]".into(),
+        source,
+    })
+}
+
+/// The reference model with the effects chosen, ready to be fitted to a campaign.
+pub struct Hypothesis {
+    /// Effects that are on.
+    pub choices: Vec<Choice>,
+    /// Knobs common to all runs.
+    pub shared: Vec<Knob>,
+    /// Knobs of each run on its own.
+    pub own: Vec<Vec<Knob>>,
+    /// Constant parameters: reference and value.
+    pub fixed: Vec<(u32, f64)>,
+    /// Extra states: reference and magnitude.
+    pub extra_states: Vec<(u32, f64)>,
+    /// Whether a law with memory replaces rigid stick.
+    pub has_memory: bool,
+    /// Number of structural modes.
+    pub modes: usize,
+}
+
+/// Effects whose friction has a memory of its own: sticking is not rigid then.
+const MEMORY_STATE: &str = "deflection";
+
+impl Hypothesis {
+    /// The reference model with the effects of `choices`.
+    ///
+    /// `travel` gives for each run the range of belt travel in m that it covers.
+    ///
+    /// # Errors
+    /// An FMU without the variables named in the contract.
+    pub fn new(
+        fmu: &Fmu,
+        campaign: &Campaign,
+        catalogue: &[Candidate],
+        choices: &[Choice],
+        travel: &[(f64, f64)],
+        spread: f64,
+    ) -> Result<Self, Error> {
+        let structure = structure(fmu, &campaign.beam)?;
+        let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
+        let start = |name: &str| -> Result<f64, Error> {
+            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
+        };
+        let mut shared = Vec::new();
+        let mut fixed = Vec::new();
+        let log =
+            |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| Knob {
+                name,
+                unit: unit.to_owned(),
+                targets: vec![(reference, 1.0)],
+                scale: Scale::Log,
+                prior: value,
+                prior_std: std,
+                min: value / factor,
+                max: value * factor,
+                step: 0.02 * std,
+                support: None,
+            };
+        let modes = structure.modes();
+        let mut mass_targets = Vec::new();
+        for (j, mode) in modes.iter().enumerate() {
+            let at = |item: &str| format!("mode[{}].{item}", j + 1);
+            shared.push(log(
+                at("frequency"),
+                "Hz",
+                reference(&at("frequency"))?,
+                mode.frequency_hz,
+                0.006,
+                1.06,
+            ));
+            shared.push(log(
+                at("damping_ratio"),
+                "1",
+                reference(&at("damping_ratio"))?,
+                mode.damping_ratio.max(1e-6),
+                0.5,
+                30.0,
+            ));
+            fixed.push((reference(&at("tip_value"))?, mode.tip_value));
+            mass_targets.push((reference(&at("mass"))?, mode.mass_kg / modes[0].mass_kg));
+        }
+        shared.push(Knob {
+            targets: mass_targets,
+            ..log("mass".into(), "kg", 0, modes[0].mass_kg, 0.015, 1.15)
+        });
+        for (item, unit, std, factor) in [
+            ("mu_0", "1", 0.1, 3.0),
+            ("v1", "m/s", 0.2, 5.0),
+            ("c2", "s/m", 0.4, 6.0),
+        ] {
+            let name = format!("friction.{item}");
+            shared.push(log(
+                name.clone(),
+                unit,
+                reference(&name)?,
+                start(&name)?,
+                std,
+                factor,
+            ));
+        }
+        shared.push(Knob {
+            name: "friction.a1".into(),
+            unit: "1".into(),
+            targets: vec![(reference("friction.a1")?, 1.0)],
+            scale: Scale::Linear,
+            prior: start("friction.a1")?,
+            prior_std: 0.06,
+            min: 0.0,
+            max: 0.95,
+            step: 0.002,
+            support: None,
+        });
+        let level = Knob {
+            ..log(
+                "friction.level".into(),
+                "1",
+                reference("friction.level")?,
+                1.0,
+                0.03,
+                4.0,
+            )
+        };
+        let offset = Knob {
+            name: "sensor.offset".into(),
+            unit: "m".into(),
+            targets: vec![(reference("sensor.offset")?, 1.0)],
+            scale: Scale::Linear,
+            prior: 0.0,
+            prior_std: 0.02 * spread,
+            min: -10.0 * spread,
+            max: 10.0 * spread,
+            step: 1e-3 * spread,
+            support: None,
+        };
+        let mut own = vec![vec![level, offset]; campaign.runs.len()];
+        let mut extra_states = Vec::new();
+        let mut has_memory = false;
+        for choice in choices {
+            let effect = &catalogue[choice.effect];
+            has_memory |= effect.states.iter().any(|s| s.name == MEMORY_STATE);
+            extra_states.extend(effect.states.iter().map(|s| (s.reference, s.nominal)));
+            for &(index, value) in &choice.settings {
+                fixed.push((effect.parameters[index].reference, value));
+            }
+            for (index, p) in effect.parameters.iter().enumerate() {
+                if choice.settings.iter().any(|s| s.0 == index) {
+                    continue;
+                }
+                let scale = if p.role == Role::Shape && p.min > 0.0 {
+                    Scale::Log
+                } else {
+                    Scale::Linear
+                };
+                let typical = if scale == Scale::Log {
+                    1.0
+                } else {
+                    p.typical.abs()
+                };
+                let knob = Knob {
+                    name: format!("{}.{}", effect.id, p.name),
+                    unit: p.unit.clone(),
+                    targets: vec![(p.reference, 1.0)],
+                    scale,
+                    prior: if p.role == Role::Shape {
+                        p.typical
+                    } else {
+                        0.0
+                    },
+                    prior_std: match (p.role, scale) {
+                        (Role::Node, _) => 0.2,
+                        (Role::Phase, _) => 100.0,
+                        (_, Scale::Log) => (p.max / p.min).ln(),
+                        (_, Scale::Linear) => 3.0 * p.max.abs().max(p.min.abs()),
+                    },
+                    min: if p.role == Role::Phase { -1e3 } else { p.min },
+                    max: if p.role == Role::Phase { 1e3 } else { p.max },
+                    step: match p.role {
+                        Role::Phase => 0.01,
+                        Role::Node => 1e-3,
+                        _ => 0.01 * typical,
+                    },
+                    support: None,
+                };
+                match p.role {
+                    Role::Phase => own.iter_mut().for_each(|knobs| knobs.push(knob.clone())),
+                    Role::Node => {}
+                    Role::Setting => fixed.push((p.reference, p.start)),
+                    Role::Amplitude | Role::Shape => shared.push(knob),
+                }
+            }
+            add_profile(effect, travel, &mut own)?;
+        }
+        Ok(Self {
+            choices: choices.to_vec(),
+            shared,
+            own,
+            fixed,
+            extra_states,
+            has_memory,
+            modes: modes.len(),
+        })
+    }
+
+    /// Position of the shared knob with a name.
+    pub fn shared_index(&self, name: &str) -> Option<usize> {
+        self.shared.iter().position(|k| k.name == name)
+    }
+}
+
+/// Gives each run the nodes of a profile over the belt travel that it covers.
+fn add_profile(
+    effect: &Candidate,
+    travel: &[(f64, f64)],
+    own: &mut [Vec<Knob>],
+) -> Result<(), Error> {
+    let nodes: Vec<_> = effect
+        .parameters
+        .iter()
+        .filter(|p| p.role == Role::Node)
+        .collect();
+    let setting = |name: &str| {
+        effect
+            .parameters
+            .iter()
+            .find(|p| p.name == name)
+            .map(|p| p.reference)
+    };
+    let (Some(length), Some(start), Some(count)) =
+        (setting("length"), setting("start"), setting("count"))
+    else {
+        return Ok(());
+    };
+    if nodes.is_empty() {
+        return Ok(());
+    }
+    for (knobs, &(low, high)) in own.iter_mut().zip(travel) {
+        let span = (high - low).max(1e-9);
+        let used = nodes.len().min(MAX_NODES);
+        let spacing = span / (used - 1) as f64;
+        let constant = |reference: u32, name: &str, value: f64| Knob {
+            name: format!("{}.{name}", effect.id),
+            unit: "m".into(),
+            targets: vec![(reference, 1.0)],
+            scale: Scale::Linear,
+            prior: value,
+            prior_std: 0.0,
+            min: value,
+            max: value,
+            step: 0.0,
+            support: None,
+        };
+        knobs.push(constant(length, "length", span));
+        knobs.push(constant(start, "start", low));
+        knobs.push(constant(count, "count", used as f64));
+        for (i, node) in nodes[..used].iter().enumerate() {
+            let at = low + spacing * i as f64;
+            knobs.push(Knob {
+                name: format!("{}.{}", effect.id, node.name),
+                unit: node.unit.clone(),
+                targets: vec![(node.reference, 1.0)],
+                scale: Scale::Linear,
+                prior: 0.0,
+                prior_std: 0.2,
+                min: -0.9,
+                max: 2.0,
+                step: 1e-3,
+                support: Some((at - 2.5 * spacing, at + 2.5 * spacing)),
+            });
+        }
+    }
+    Ok(())
+}

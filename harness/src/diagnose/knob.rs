@@ -1,0 +1,70 @@
+//! Knobs: the quantities that a calibration turns, each with its scale, prior and bounds.
+
+/// How a knob is turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// The value itself.
+    Linear,
+    /// Its natural logarithm: positive quantities known to a factor.
+    Log,
+}
+
+/// One quantity to be calibrated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knob {
+    /// Name as reported.
+    pub name: String,
+    /// Unit symbol.
+    pub unit: String,
+    /// FMU variables set from it: value reference and factor.
+    pub targets: Vec<(u32, f64)>,
+    /// Scale on which it moves.
+    pub scale: Scale,
+    /// Value believed before the data.
+    pub prior: f64,
+    /// Standard deviation of that belief on the knob's scale.
+    pub prior_std: f64,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// Typical change on the knob's scale, for the first difference quotient.
+    pub step: f64,
+    /// Places on the belt (m) outside which the knob has no influence.
+    pub support: Option<(f64, f64)>,
+}
+
+impl Knob {
+    /// Position on the knob's scale of a value.
+    pub fn position(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => value,
+            Scale::Log => value.max(1e-300).ln(),
+        }
+    }
+
+    /// Value at a position.
+    pub fn value(&self, position: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => position,
+            Scale::Log => position.exp(),
+        }
+    }
+
+    /// The nearest position within the bounds.
+    pub fn clamp(&self, position: f64) -> f64 {
+        let low = if self.scale == Scale::Log && self.min <= 0.0 {
+            f64::NEG_INFINITY
+        } else {
+            self.position(self.min)
+        };
+        position.clamp(low, self.position(self.max))
+    }
+
+    /// Whether a position lies on a bound.
+    pub fn is_at_bound(&self, position: f64) -> bool {
+        let value = self.value(position);
+        let width = 1e-6 * (self.max - self.min).abs();
+        value <= self.min + width || value >= self.max - width
+    }
+}

@@ -1,0 +1,189 @@
+//! Predicts shots with one instance of the FMU.
+
+use super::hypothesis::{Hypothesis, References};
+use super::shot::Shot;
+use crate::error::Error;
+use crate::fmu::{Fmu, Instance};
+use crate::measurement::Run;
+
+/// Relative tolerance of the FMU while it is fitted: errors of 1e-11 m, far below any sensor's noise.
+const TOLERANCE: f64 = 1e-8;
+
+/// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
+const RUNAWAY: f64 = 5.0;
+
+fn reach(displacement: &[f64]) -> f64 {
+    let mean = displacement.iter().sum::<f64>() / displacement.len() as f64;
+    displacement.iter().map(|d| (d - mean).abs()).fold(0.0, f64::max)
+}
+
+/// Values of everything that can be turned, and the start states of all shots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Positions of the shared knobs.
+    pub shared: Vec<f64>,
+    /// Positions of each run's own knobs.
+    pub own: Vec<Vec<f64>>,
+    /// Start states of each shot: modal states, then deviations of the effects' states.
+    pub states: Vec<Vec<f64>>,
+    /// Whether each shot starts in stick.
+    pub stuck: Vec<bool>,
+}
+
+/// Where a shot starts, besides its knobs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShotStart {
+    /// Modal states, then deviations of the effects' states.
+    pub state: Vec<f64>,
+    /// Whether it starts in stick.
+    pub stuck: bool,
+}
+
+impl Point {
+    /// The priors' centres and the smoothed start states.
+    pub fn centre(hypothesis: &Hypothesis, shots: &[Shot]) -> Self {
+        Self {
+            shared: hypothesis.shared.iter().map(|k| k.position(k.prior)).collect(),
+            own: hypothesis.own.iter().map(|run| run.iter().map(|k| k.position(k.prior)).collect()).collect(),
+            states: shots
+                .iter()
+                .map(|s| {
+                    let mut x = s.state.clone();
+                    x.resize(x.len() + hypothesis.extra_states.len(), 0.0);
+                    x
+                })
+                .collect(),
+            stuck: shots.iter().map(|s| s.stuck).collect(),
+        }
+    }
+
+    /// The start of shot `k`.
+    pub fn start(&self, k: usize) -> ShotStart {
+        ShotStart { state: self.states[k].clone(), stuck: self.stuck[k] }
+    }
+}
+
+/// Runs shots through the FMU. Belongs to one thread.
+pub struct Predictor<'a> {
+    instance: Instance,
+    references: &'a References,
+    runs: &'a [Run],
+    hypothesis: &'a Hypothesis,
+    names: Vec<u32>,
+    values: Vec<f64>,
+    /// Largest distance from the mean in each run, m.
+    reach: Vec<f64>,
+    /// Time in s at which the last prediction ended.
+    now: f64,
+    /// Runs of the FMU so far.
+    pub count: u64,
+}
+
+impl<'a> Predictor<'a> {
+    /// A predictor for a hypothesis.
+    ///
+    /// # Errors
+    /// An FMU that refuses to be instantiated.
+    pub fn new(fmu: &Fmu, references: &'a References, runs: &'a [Run], hypothesis: &'a Hypothesis) -> Result<Self, Error> {
+        Ok(Self {
+            instance: fmu.instantiate("diagnosis")?,
+            references,
+            runs,
+            hypothesis,
+            names: Vec::new(),
+            values: Vec::new(),
+            reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
+            now: 0.0,
+            count: 0,
+        })
+    }
+
+    fn push(&mut self, reference: u32, value: f64) {
+        self.names.push(reference);
+        self.values.push(value);
+    }
+
+    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the shot;
+    /// `false` if the motion ran away from the measurement and was given up.
+    ///
+    /// # Errors
+    /// Values that the FMU refuses, or a motion that it can't follow.
+    #[allow(clippy::too_many_arguments)]
+    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stuck: bool, used: usize, stride: usize, out: &mut Vec<f64>) -> Result<bool, Error> {
+        self.count += 1;
+        let h = self.hypothesis;
+        let r = self.references;
+        let run = &self.runs[shot.run];
+        self.names.clear();
+        self.values.clear();
+        self.push(r.inputs[0], run.belt_velocity);
+        self.push(r.inputs[1], run.normal_force);
+        self.push(r.history[0], shot.travel);
+        self.push(r.history[1], shot.dwell);
+        for &(reference, value) in &h.fixed {
+            self.push(reference, value);
+        }
+        for (knob, &position) in h.shared.iter().zip(shared).chain(h.own[shot.run].iter().zip(own)) {
+            for &(reference, factor) in &knob.targets {
+                self.push(reference, factor * knob.value(position));
+            }
+        }
+        let modal = 2 * h.modes;
+        for (&reference, &value) in r.states.iter().zip(&state[..modal]) {
+            self.push(reference, value);
+        }
+        for (&(reference, _), &value) in h.extra_states.iter().zip(&state[modal..]) {
+            self.push(reference, value);
+        }
+        self.instance.reset()?;
+        // Stick = 1, Slip = 2; effects start from equilibrium (Settled = 1).
+        self.instance.set_integer(
+            &[r.contact, r.start_effects, r.mode_count],
+            &[if stuck { 1 } else { 2 }, 1, h.modes as i32],
+        )?;
+        self.instance.set_real(&self.names, &self.values)?;
+        // Time of the campaign's runs counts from their own first sample.
+        let origin = run.time[0];
+        let mut t = shot.time[0] - origin;
+        self.instance.initialize(t, None, Some(TOLERANCE))?;
+        out.clear();
+        let mut y = [0.0];
+        self.instance.get_real(&[r.measured], &mut y)?;
+        out.push(y[0]);
+        let mut k = stride;
+        while k < used {
+            let next = shot.time[k] - origin;
+            self.instance.do_step(t, next - t)?;
+            self.instance.get_real(&[r.measured], &mut y)?;
+            if (y[0] - shot.measured[k]).abs() > RUNAWAY * self.reach[shot.run] {
+                // A motion that runs away would cost the time of a thousand others.
+                return Ok(false);
+            }
+            out.push(y[0]);
+            t = next;
+            k += stride;
+        }
+        self.now = t;
+        Ok(true)
+    }
+
+    /// Goes on from the end of the shot just predicted to the start of the next one and reads where the
+    /// motion is then.
+    ///
+    /// # Errors
+    /// A motion that the FMU can't follow.
+    pub fn carry_on(&mut self, next: &Shot) -> Result<ShotStart, Error> {
+        let t = next.time[0] - self.runs[next.run].time[0];
+        if t > self.now {
+            self.instance.do_step(self.now, t - self.now)?;
+        }
+        let r = self.references;
+        let mut state = vec![0.0; 2 * self.hypothesis.modes];
+        self.instance.get_real(&r.states, &mut state)?;
+        let mut mode = [0];
+        self.instance.get_integer(&[r.contact_mode], &mut mode)?;
+        // Deviations of the effects' states from equilibrium are not carried over.
+        state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
+        Ok(ShotStart { state, stuck: mode[0] == 0 })
+    }
+}

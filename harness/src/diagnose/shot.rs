@@ -1,0 +1,170 @@
+//! Shots: short pieces of a run, each predicted from a start state of its own.
+//!
+//! Free simulation over a whole run says nothing once the motion is irregular; over 20 ms the
+//! prediction depends on the model and not on rounding. Shots start far from transitions, in mid-stick
+//! or mid-slip, and follow one another over the whole run.
+
+use crate::error::Error;
+use crate::measurement::Run;
+use crate::observer::{
+    BeltVelocity, PhaseMode, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
+};
+
+/// A piece of a run.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// Index of the run.
+    pub run: usize,
+    /// First sample within the run.
+    pub first: usize,
+    /// Times in s; the first is the start.
+    pub time: Vec<f64>,
+    /// Measured displacement in m at these times.
+    pub measured: Vec<f64>,
+    /// Whether a sample counts.
+    pub trusted: Vec<bool>,
+    /// Number of samples that count.
+    pub count: usize,
+    /// Whether the tip sticks at the start.
+    pub stuck: bool,
+    /// Time in s since stick began.
+    pub dwell: f64,
+    /// Distance in m that belt and tip have moved against each other since the run began.
+    pub travel: f64,
+    /// The same at the end of the shot.
+    pub travel_end: f64,
+    /// Smoothed modal displacements in m and velocities in m/s: q_1, q_1', q_2, q_2', ...
+    pub state: Vec<f64>,
+}
+
+/// A run, smoothed, with its shots.
+pub struct Smoothing {
+    /// Motion and force.
+    pub stick_slip: StickSlip,
+    /// Median time in s from break-away to break-away; NaN without stick-slip.
+    pub cycle: f64,
+}
+
+/// Estimates motion and phases of a run with the linear structure as known.
+///
+/// # Errors
+/// Sampling too slow for the modes and whatever else the smoother refuses.
+pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> {
+    let trusted = run.trusted();
+    let h = run.sample_interval();
+    // Missing samples become NaN on a uniform grid; the smoother bridges them.
+    let mut signal = Vec::with_capacity(run.time.len());
+    for k in 0..run.time.len() {
+        let slot = ((run.time[k] - run.time[0]) / h).round() as usize;
+        while signal.len() < slot {
+            signal.push(f64::NAN);
+        }
+        if signal.len() == slot {
+            signal.push(if trusted[k] {
+                run.displacement[k]
+            } else {
+                f64::NAN
+            });
+        }
+    }
+    let settings = StickSlipSettings {
+        rounds: 2,
+        iterations: 4,
+        ..StickSlipSettings::default()
+    };
+    let stick_slip = smooth_stick_slip(
+        structure,
+        h,
+        &signal,
+        BeltVelocity::Constant(run.belt_velocity),
+        &settings,
+    )
+    .map_err(|source| Error::Observer {
+        run: run.name.clone(),
+        source,
+    })?;
+    let starts: Vec<f64> = stick_slip
+        .phases
+        .windows(2)
+        .filter(|w| w[0].mode == PhaseMode::Stick && w[1].mode != PhaseMode::Stick)
+        .map(|w| w[1].start)
+        .collect();
+    let mut cycles: Vec<f64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
+    cycles.sort_by(f64::total_cmp);
+    let cycle = cycles.get(cycles.len() / 2).copied().unwrap_or(f64::NAN);
+    Ok(Smoothing { stick_slip, cycle })
+}
+
+/// Cuts a run into shots of about `horizon` s.
+pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<Shot> {
+    let h = run.sample_interval();
+    let trusted = run.trusted();
+    let length = (horizon / h).round() as usize;
+    let s = &smoothing.stick_slip;
+    let slot = |k: usize| ((run.time[k] - run.time[0]) / h).round() as usize;
+    let clearance = |k: usize| {
+        let t = slot(k) as f64 * h;
+        s.phases
+            .iter()
+            .skip(1)
+            .map(|p| (p.start - t).abs())
+            .fold(f64::INFINITY, f64::min)
+    };
+    // The first samples are the smoother's worst, so the first shot starts a little later.
+    let margin = (length / 20).max(4);
+    let mut starts = Vec::new();
+    let mut at = margin;
+    while at + length <= run.time.len() {
+        let window = at..(at + length / 5).min(run.time.len() - length + 1);
+        let best = window.filter(|&k| trusted[k]).max_by(|&a, &b| {
+            clearance(a)
+                .min(1.5e-3)
+                .total_cmp(&clearance(b).min(1.5e-3))
+                .then(b.cmp(&a))
+        });
+        match best {
+            Some(k) => {
+                starts.push(k);
+                at = k + length;
+            }
+            None => at += length / 5 + 1,
+        }
+    }
+    let travel = |k: usize| {
+        let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)]
+            - s.smoothed.displacement[0];
+        run.belt_velocity * (run.time[k] - run.time[0]) - displacement
+    };
+    starts
+        .into_iter()
+        .map(|first| {
+            let range = first..first + length;
+            let t = slot(first) as f64 * h;
+            let phase = s
+                .phases
+                .iter()
+                .rev()
+                .find(|p| p.start <= t)
+                .unwrap_or(&s.phases[0]);
+            let stuck = phase.mode == PhaseMode::Stick;
+            let mut state = Vec::new();
+            for j in 0..s.smoothed.q.len() {
+                state.push(s.smoothed.q[j][slot(first)]);
+                state.push(s.smoothed.q_dot[j][slot(first)]);
+            }
+            Shot {
+                run: index,
+                first,
+                time: run.time[range.clone()].to_vec(),
+                measured: run.displacement[range.clone()].to_vec(),
+                count: trusted[range.clone()].iter().filter(|&&t| t).count(),
+                trusted: trusted[range.clone()].to_vec(),
+                stuck,
+                dwell: if stuck { t - phase.start } else { 0.0 },
+                travel: travel(first),
+                travel_end: travel(first + length - 1),
+                state,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,47 @@
+//! The metrics of one motion, together.
+
+use super::{amplitude, detect_stick, harmonics, period, resample, stick_fraction};
+
+/// How many harmonics are reported.
+pub const HARMONICS: usize = 5;
+
+/// What characterises one motion of the tip.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Characteristics {
+    /// Cycle period, s; `None` if it does not oscillate.
+    pub period: Option<f64>,
+    /// Autocorrelation at the period, 1.
+    pub regularity: Option<f64>,
+    /// Peak amplitude, m.
+    pub amplitude: f64,
+    /// Share of time in stick, 1.
+    pub stick_fraction: f64,
+    /// Amplitudes at 1, 2, ... times the cycle frequency, m; empty without period.
+    pub harmonics: Vec<f64>,
+}
+
+/// Characterises a displacement record: `time` in s, `displacement` in m, `belt_velocity` in m/s, `noise` its standard
+/// deviation in m (0 for a model). An amplitude within five standard deviations of the noise is no oscillation.
+pub fn characteristics(
+    time: &[f64],
+    displacement: &[f64],
+    belt_velocity: f64,
+    noise: f64,
+) -> Characteristics {
+    let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let amplitude = amplitude(displacement);
+    let moves = amplitude > 5.0 * noise;
+    let found = moves
+        .then(|| period(&resample(time, displacement, interval), interval))
+        .flatten();
+    let stick = detect_stick(time, displacement, belt_velocity, noise);
+    Characteristics {
+        period: found.map(|p| p.seconds),
+        regularity: found.map(|p| p.regularity),
+        amplitude,
+        stick_fraction: stick_fraction(time, &stick.sticks),
+        harmonics: found
+            .map(|p| harmonics(time, displacement, 1.0 / p.seconds, HARMONICS))
+            .unwrap_or_default(),
+    }
+}

@@ -1,0 +1,26 @@
+//! Numbers that describe a stick-slip motion, and how far two of them differ.
+//!
+//! Each file is one metric: equation, symbols with units, when it holds, source. All take plain slices in SI units and
+//! treat model and measurement alike, so that their imperfections cancel.
+
+mod amplitude;
+mod characteristics;
+mod cycle;
+mod nrmse;
+mod period;
+mod resample;
+mod residual;
+mod spectrum;
+mod stick;
+mod velocity;
+
+pub use amplitude::{amplitude, quantile};
+pub use characteristics::{Characteristics, HARMONICS, characteristics};
+pub use cycle::{Cycle, cycle_starts, mean_cycle};
+pub use nrmse::nrmse;
+pub use period::{Period, period};
+pub use resample::{interpolate, resample};
+pub use residual::{AlignedResidual, ModelMotion, aligned_residual};
+pub use spectrum::{Spectrum, harmonics, spectrum};
+pub use stick::{StickDetection, detect_stick, stick_fraction};
+pub use velocity::velocity;

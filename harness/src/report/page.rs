@@ -1,0 +1,91 @@
+//! The HTML page: title, sections, paragraphs, tables, figures.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::table::Table;
+
+/// Something that can be drawn.
+pub trait Figure {
+    /// The picture as an `<svg>` element.
+    fn svg(&self) -> String;
+    /// One sentence that says what it shows.
+    fn caption(&self) -> &str;
+}
+
+/// A self-contained page, filled from top to bottom.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+impl Page {
+    /// A page with its title and a leading sentence.
+    pub fn new(title: &str, lead: &str) -> Page {
+        Page {
+            title: title.to_owned(),
+            body: html! { h1 { (title) } p.lead { (lead) } }.into_string(),
+        }
+    }
+
+    fn add(mut self, part: Markup) -> Page {
+        self.body.push_str(&part.into_string());
+        self
+    }
+
+    /// Starts a section.
+    pub fn section(self, title: &str) -> Page {
+        self.add(html! { h2 { (title) } })
+    }
+
+    /// Starts a part of a section.
+    pub fn subsection(self, title: &str) -> Page {
+        self.add(html! { h3 { (title) } })
+    }
+
+    /// A paragraph.
+    pub fn paragraph(self, text: &str) -> Page {
+        self.add(html! { p { (text) } })
+    }
+
+    /// A bulleted list.
+    pub fn list(self, items: &[String]) -> Page {
+        self.add(html! { ul { @for item in items { li { (item) } } } })
+    }
+
+    /// A table.
+    pub fn table(self, table: &Table) -> Page {
+        self.add(table.html())
+    }
+
+    /// A figure over the whole width.
+    pub fn figure(self, figure: &dyn Figure) -> Page {
+        self.add(markup(figure))
+    }
+
+    /// Figures side by side, where the window is wide enough.
+    pub fn figures(self, figures: &[&dyn Figure]) -> Page {
+        self.add(html! { div.figures { @for figure in figures { (markup(*figure)) } } })
+    }
+
+    /// The finished document.
+    pub fn html(&self) -> String {
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(include_str!("style.css"))) }
+                }
+                body { main { (PreEscaped(&self.body)) } }
+            }
+        }
+        .into_string()
+    }
+}
+
+fn markup(figure: &dyn Figure) -> Markup {
+    html! { figure { (PreEscaped(figure.svg())) figcaption { (figure.caption()) } } }
+}

@@ -1,0 +1,301 @@
+//! Writes modelDescription.xml.
+
+use crate::declared_type::{ENUMERATIONS, display_units, of_unit};
+use crate::variable::{Causality, Initial, Kind, Variability, Variable};
+use crate::{LOG_CATEGORIES, MODEL_IDENTIFIER, annotation, variables};
+use beam_physics::unit::{self, Unit};
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesText, Event};
+use std::io;
+
+/// Stands for the GUID while the text is hashed.
+const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
+
+/// The description for given start values (in the order of the table), and its GUID.
+pub fn generate(starts: &[Option<f64>]) -> (String, String) {
+    let text = write(starts).expect("writing to memory cannot fail");
+    let guid = guid_of(&text);
+    (text.replacen(PLACEHOLDER, &guid, 1), guid)
+}
+
+/// FNV-1a with 128 bits, written as a UUID.
+fn guid_of(text: &str) -> String {
+    let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+    for byte in text.bytes() {
+        hash = (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
+    }
+    let hex = format!("{hash:032x}");
+    format!(
+        "{{{}-{}-{}-{}-{}}}",
+        &hex[..8],
+        &hex[8..12],
+        &hex[12..16],
+        &hex[16..20],
+        &hex[20..]
+    )
+}
+
+fn write(starts: &[Option<f64>]) -> io::Result<String> {
+    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
+    writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    writer
+        .create_element("fmiModelDescription")
+        .with_attributes([
+            ("fmiVersion", "2.0"),
+            ("modelName", MODEL_IDENTIFIER),
+            ("guid", PLACEHOLDER),
+            (
+                "description",
+                "Elastic beam rubbed by a moving belt: stick and slip (Stelter 1992)",
+            ),
+            ("version", env!("CARGO_PKG_VERSION")),
+            ("license", env!("CARGO_PKG_LICENSE")),
+            (
+                "generationTool",
+                concat!("beam-model-description ", env!("CARGO_PKG_VERSION")),
+            ),
+            ("variableNamingConvention", "structured"),
+            ("numberOfEventIndicators", "0"),
+        ])
+        .write_inner_content(|w| {
+            co_simulation(w)?;
+            units(w)?;
+            types(w)?;
+            log_categories(w)?;
+            w.create_element("DefaultExperiment")
+                .with_attributes([
+                    ("startTime", "0.0"),
+                    ("stopTime", "2.0"),
+                    ("tolerance", "1e-9"),
+                    ("stepSize", "1e-4"),
+                ])
+                .write_empty()?;
+            w.create_element("VendorAnnotations")
+                .write_inner_content(annotation::write)?;
+            w.create_element("ModelVariables")
+                .write_inner_content(|w| {
+                    for (i, (variable, start)) in variables().iter().zip(starts).enumerate() {
+                        w.write_event(Event::Comment(BytesText::new(&format!(" {} ", i + 1))))?;
+                        scalar_variable(w, variable, *start)?;
+                    }
+                    Ok(())
+                })?;
+            structure(w)
+        })?;
+    let mut text = String::from_utf8(writer.into_inner()).expect("the writer writes UTF-8");
+    text.push('\n');
+    Ok(text)
+}
+
+fn co_simulation(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("CoSimulation")
+        .with_attributes([
+            ("modelIdentifier", MODEL_IDENTIFIER),
+            ("needsExecutionTool", "false"),
+            ("canHandleVariableCommunicationStepSize", "true"),
+            ("canInterpolateInputs", "true"),
+            ("maxOutputDerivativeOrder", "1"),
+            ("canRunAsynchronuously", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canNotUseMemoryManagementFunctions", "true"),
+            ("canGetAndSetFMUstate", "true"),
+            ("canSerializeFMUstate", "true"),
+            ("providesDirectionalDerivative", "false"),
+        ])
+        .write_empty()?;
+    Ok(())
+}
+
+/// Units in use, in the order of the physics' list.
+fn used_units() -> impl Iterator<Item = &'static Unit> {
+    unit::ALL.iter().filter(|u| {
+        variables()
+            .iter()
+            .any(|v| matches!(v.kind, Kind::Real(of) if of.symbol == u.symbol))
+    })
+}
+
+fn units(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("UnitDefinitions")
+        .write_inner_content(|w| {
+            for unit in used_units() {
+                w.create_element("Unit")
+                    .with_attribute(("name", unit.symbol))
+                    .write_inner_content(|w| {
+                        let exponents = [
+                            ("kg", unit.kg),
+                            ("m", unit.m),
+                            ("s", unit.s),
+                            ("rad", unit.rad),
+                        ];
+                        let texts: Vec<_> = exponents
+                            .iter()
+                            .filter(|(_, exponent)| *exponent != 0)
+                            .map(|(base, exponent)| (*base, exponent.to_string()))
+                            .collect();
+                        w.create_element("BaseUnit")
+                            .with_attributes(texts.iter().map(|(k, v)| (*k, v.as_str())))
+                            .write_empty()?;
+                        for (name, factor) in display_units(unit.symbol) {
+                            w.create_element("DisplayUnit")
+                                .with_attributes([("name", *name), ("factor", &number(*factor))])
+                                .write_empty()?;
+                        }
+                        Ok(())
+                    })?;
+            }
+            Ok(())
+        })?;
+    Ok(())
+}
+
+fn types(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("TypeDefinitions")
+        .write_inner_content(|w| {
+            for unit in used_units() {
+                if let Some((name, description)) = of_unit(*unit) {
+                    w.create_element("SimpleType")
+                        .with_attributes([("name", name), ("description", description)])
+                        .write_inner_content(|w| {
+                            let quantity = [("quantity", name), ("unit", unit.symbol)];
+                            w.create_element("Real")
+                                .with_attributes(quantity)
+                                .write_empty()?;
+                            Ok(())
+                        })?;
+                }
+            }
+            for (name, description, items) in ENUMERATIONS {
+                w.create_element("SimpleType")
+                    .with_attributes([("name", name), ("description", description)])
+                    .write_inner_content(|w| {
+                        w.create_element("Enumeration").write_inner_content(|w| {
+                            for (item, value, meaning) in items {
+                                w.create_element("Item")
+                                    .with_attributes([
+                                        ("name", *item),
+                                        ("value", &value.to_string()),
+                                        ("description", meaning),
+                                    ])
+                                    .write_empty()?;
+                            }
+                            Ok(())
+                        })?;
+                        Ok(())
+                    })?;
+            }
+            Ok(())
+        })?;
+    Ok(())
+}
+
+fn log_categories(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("LogCategories").write_inner_content(|w| {
+        let all = [("logAll", "All messages")];
+        for (name, description) in LOG_CATEGORIES.into_iter().chain(all) {
+            w.create_element("Category")
+                .with_attributes([("name", name), ("description", description)])
+                .write_empty()?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// Shortest text that reads back as the same number.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn scalar_variable(
+    w: &mut Writer<Vec<u8>>,
+    variable: &Variable,
+    start: Option<f64>,
+) -> io::Result<()> {
+    let causality = match variable.causality {
+        Causality::Parameter => "parameter",
+        Causality::Input => "input",
+        Causality::Output => "output",
+        Causality::Local => "local",
+    };
+    let variability = match variable.variability {
+        Variability::Fixed => "fixed",
+        Variability::Discrete => "discrete",
+        Variability::Continuous => "continuous",
+    };
+    let reference = variable.reference.to_string();
+    let mut attributes = vec![
+        ("name", variable.name.as_str()),
+        ("valueReference", &reference),
+        ("description", &variable.description),
+        ("causality", causality),
+        ("variability", variability),
+    ];
+    match variable.initial {
+        Some(Initial::Exact) => attributes.push(("initial", "exact")),
+        Some(Initial::Calculated) => attributes.push(("initial", "calculated")),
+        None => {}
+    }
+    w.create_element("ScalarVariable")
+        .with_attributes(attributes)
+        .write_inner_content(|w| typed(w, variable, start))?;
+    Ok(())
+}
+
+fn typed(w: &mut Writer<Vec<u8>>, variable: &Variable, start: Option<f64>) -> io::Result<()> {
+    let (element, mut attributes, text): (_, Vec<(&str, String)>, fn(f64) -> String) =
+        match variable.kind {
+            Kind::Real(unit) => {
+                let declared = of_unit(unit).map(|(name, _)| ("declaredType", name.to_owned()));
+                let mut attributes: Vec<_> = declared.into_iter().collect();
+                attributes.push(("unit", unit.symbol.to_owned()));
+                ("Real", attributes, number)
+            }
+            Kind::Integer => ("Integer", Vec::new(), |v| format!("{v:.0}")),
+            Kind::Enumeration(name) => (
+                "Enumeration",
+                vec![("declaredType", name.to_owned())],
+                |v| format!("{v:.0}"),
+            ),
+        };
+    let values = [
+        ("min", variable.min),
+        ("max", variable.max),
+        ("nominal", variable.nominal),
+        ("start", start),
+    ];
+    for (name, value) in values {
+        if let Some(value) = value {
+            attributes.push((name, text(value)));
+        }
+    }
+    w.create_element(element)
+        .with_attributes(attributes.iter().map(|(k, v)| (*k, v.as_str())))
+        .write_empty()?;
+    Ok(())
+}
+
+fn structure(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    let outputs = || {
+        variables()
+            .iter()
+            .enumerate()
+            .filter(|(_, v)| v.causality == Causality::Output)
+    };
+    w.create_element("ModelStructure")
+        .write_inner_content(|w| {
+            for list in ["Outputs", "InitialUnknowns"] {
+                w.create_element(list).write_inner_content(|w| {
+                    for (index, _) in outputs() {
+                        // Indices count from 1 (FMI 2.0.5, section 2.2.8).
+                        w.create_element("Unknown")
+                            .with_attribute(("index", (index + 1).to_string().as_str()))
+                            .write_empty()?;
+                    }
+                    Ok(())
+                })?;
+            }
+            Ok(())
+        })?;
+    Ok(())
+}

@@ -1,0 +1,316 @@
+"""Measurement campaigns from the simulated rig, with a hidden effect and their answers in truth.json.
+
+Every campaign is drawn anew: the true beam and friction data lie around the nominal ones that campaign.toml states (nuisance errors),
+every run starts anywhere on the belt, in stick at a random deflection or after a transient from there, its friction level scatters, and the display adds white noise.
+A strength of the hidden effect is kept only if switching it off changes the displacement plainly within 40 ms.
+
+    python make_campaigns.py --out DIR --count N --seed S --kind single|none|pair|outside|mixed [--effect ID]
+
+Conventions of truth.json: times and phases count from the first sample of a run (t = 0), belt travel s = 0 there; units SI; the names
+under "parameters" are those of simulate.PLACES. runs[i].start is the full state at the first sample, so a run can be replayed exactly:
+see replay(). visibility: root-mean-square difference over 40 ms with and without the effect, from the same state, over the noise; median over windows.
+"""
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from simulate import EFFECTS, EXTRA, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start
+
+POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
+NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
+TIP_STIFFNESS = 26.3e3  # N/m, 3EI/l^3 of the nominal beam
+VISIBLE = (20.0, 4000.0)  # bounds on visibility
+NOISE = (5e-8, 2e-6)  # standard deviation of the display's noise, m; drawn log-uniform where the effect is visible
+COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
+PER_RUN = ("phase", "start")  # parameters with a value of their own in each run
+EXCLUDED_PAIRS = [  # pairs without a common meaning: a bristle has neither a dwell time nor a break-away
+    {"presliding_compliance", "static_friction_aging"},
+    {"presliding_compliance", "frictional_lag"},
+]
+
+
+def log_uniform(rng, low, high):
+    return float(math.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+def sign(rng):
+    return 1.0 if rng.random() < 0.5 else -1.0
+
+
+def smooth_profile(rng):
+    """Belt friction g(s) (1): Gaussian process on a periodic belt of about 1.5 m, four nodes per length.
+
+    Correlation exp(-(distance / correlation_length)^2)."""
+    length, rms = log_uniform(rng, 0.005, 0.03), log_uniform(rng, 0.02, 0.1)
+    dx = length / 4
+    n = math.ceil(1.5 / dx)
+    k = np.fft.rfftfreq(n, dx) * 2 * np.pi
+    g = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) * np.exp(-((k * length) ** 2) / 8), n)
+    g -= g.mean()
+    g *= rms / g.std()
+    return {"rms": rms, "correlation_length": length, "node_distance": dx, "node_values": np.round(g, 9).tolist()}
+
+
+def draw_effect(rng, name, f1):
+    """Random strength of one effect; units as in simulate.py."""
+    lu = lambda a, b: log_uniform(rng, a, b)
+    if name == "belt_drive_compliance":
+        mass, omega, zeta = lu(0.5, 3.0), 2 * math.pi * lu(8, 40), lu(0.05, 0.3)
+        return {"mass": mass, "stiffness": mass * omega**2, "damping": 2 * zeta * mass * omega}
+    if name == "belt_friction_profile":
+        return smooth_profile(rng)
+    if name == "third_mode":
+        f3 = f1 * (WAVE_NUMBERS[2] / WAVE_NUMBERS[0]) ** 2 * (1 + 0.03 * float(np.clip(rng.standard_normal(), -2.5, 2.5)))
+        return {"frequency": f3, "damping_ratio": 0.003 * lu(0.6, 1.6)}
+    if name == "outside:random_friction":
+        return {"scatter": lu(0.01, 0.05), "draws": np.round(rng.standard_normal(1024), 6).tolist()}
+    return {
+        "belt_periodic_friction": lambda: {"amplitude": lu(0.03, 0.15), "wavelength": lu(0.005, 0.06)},
+        "static_friction_aging": lambda: {"gain": lu(0.05, 0.3), "time_constant": lu(0.001, 0.05),
+                                          "form": "exp" if rng.random() < 0.5 else "log"},
+        "frictional_lag": lambda: {"time_constant": lu(2e-4, 3e-3)},
+        "presliding_compliance": lambda: {"bristle_stiffness": lu(2e5, 3e6), "bristle_damping": lu(20, 200)},
+        "axial_load": lambda: {"softening": 1.4e-4 * lu(0.5, 2.0)},
+        "cubic_stiffness": lambda: {"coefficient": TIP_STIFFNESS * lu(0.01, 0.1) / lu(1e-3, 2e-3) ** 2},
+        "quadratic_drag": lambda: {"coefficient": lu(1.0, 20.0)},
+        "normal_force_coupling": lambda: {"coefficient": sign(rng) * lu(30, 200)},
+        "normal_force_modulation": lambda: {"amplitude": lu(0.02, 0.12), "frequency": lu(15, 150)},
+        "friction_drift": lambda: {"change": sign(rng) * lu(0.03, 0.15), "time_constant": lu(0.1, 0.6)},
+        "viscous_friction": lambda: {"coefficient": lu(0.05, 0.5)},
+        "base_excitation": lambda: {"amplitude": lu(0.2, 5.0), "frequency": lu(10, 200)},
+        "sensor_lag": lambda: {"time_constant": lu(2e-5, 5e-4)},
+        "outside:quadratic_stiffness": lambda: {"coefficient": sign(rng) * lu(0.5e6, 3e6)},
+        "outside:impact_stop": lambda: {"stiffness": lu(1e3, 2e4), "gap": lu(0.3e-3, 1.2e-3)},
+        "outside:rate_and_state": lambda: {"slip_distance": lu(3e-5, 6e-4)},
+        "outside:direction_dependent_friction": lambda: {"asymmetry": sign(rng) * lu(0.05, 0.2), "velocity_scale": lu(0.01, 0.1)},
+        "outside:cubic_damping": lambda: {"coefficient": lu(10, 150)},
+        "outside:belt_speed_ripple": lambda: {"amplitude": lu(0.03, 0.2), "frequency": lu(10, 100)},
+        "outside:asymmetric_damping": lambda: {"coefficient": lu(0.5, 8.0), "deflection_scale": 1e-4},
+        "outside:parametric_stiffness": lambda: {"stiffness": TIP_STIFFNESS * lu(0.01, 0.08), "frequency": lu(10, 200)},
+        "outside:normal_force_speed_coupling": lambda: {"coefficient": sign(rng) * lu(0.1, 0.6)},
+    }[name]()
+
+
+def draw_beam(rng):
+    """True beam and friction data around the nominal ones (nuisance errors)."""
+    normal = lambda s: float(np.clip(rng.standard_normal(), -2.5, 2.5)) * s
+    return Rig(
+        frequencies=[80.0 * (1 + normal(0.002)), 510.0 * (1 + normal(0.004))],
+        damping=[0.00015 * rng.uniform(0.6, 1.4), 0.00085 * rng.uniform(0.6, 1.4)],
+        mass=0.427 * (1 + rng.uniform(-0.01, 0.01)),
+        mu_s=0.66 * (1 + rng.uniform(-0.02, 0.02)),
+        v1=0.02 * (1 + rng.uniform(-0.1, 0.1)),
+        a1=0.5 * (1 + rng.uniform(-0.04, 0.04)),
+        c2=0.25 * (1 + rng.uniform(-0.2, 0.2)),
+    )
+
+
+def run_effects(effects, run):
+    """The effects with the values of their own that a run has (phases, place on the belt)."""
+    return {name: {**values, **run["own"].get(name, {})} for name, values in effects.items()}
+
+
+def with_effects(rig, effects):
+    return Rig(rig.frequencies, rig.damping, rig.mass, rig.mu_s, rig.a1, rig.v1, rig.a2, rig.c2, rig.printed_law, effects)
+
+
+def draw_run(rng, rig, effects, point, args):
+    """A run's own values, its state after a random transient, and its record. None if the motion leaves the model's range."""
+    normal_force, belt_velocity = point
+    run = {
+        "normal_force_n": normal_force, "belt_velocity_m_per_s": belt_velocity,
+        "friction_level": 1 + args.level_scatter * float(rng.standard_normal()),
+        "offset_m": args.offset * float(rng.standard_normal()),
+        "own": {name: {key: float(rng.uniform(0, 2 * np.pi) if key == "phase" else rng.uniform(0, 1.5))
+                       for key in PLACES[name] if key in PER_RUN} for name in effects},
+    }
+    truth_rig = with_effects(rig, run_effects(effects, run))
+    # in stick below break-away, the beam bent by a constant force: from there the large stick-slip cycle builds up, and may later give
+    # way to the small one near the second natural frequency that coexists with it
+    transient = round(float(rng.uniform(0.01, 0.3)), 4) if rng.random() < args.transients else 0.0
+    force = rig.mu_s * normal_force * rng.uniform(0.3, 0.95)
+    q = [p * force / rig.mass / (2 * np.pi * f) ** 2 for p, f in zip((2.0, -2.0), rig.frequencies)]
+    state = start(truth_rig, q, [belt_velocity / 2, 0.0], mode=0)
+    if "presliding_compliance" in effects:
+        state.y[2 * truth_rig.modes() + Z] = -force / effects["presliding_compliance"]["bristle_stiffness"]
+    state.stick_since = -transient
+    state.event_number = int(rng.integers(1024))
+    before = simulate(truth_rig, normal_force, belt_velocity, state, t0=-transient, duration=transient, level=run["friction_level"],
+                      substep=COARSE["presliding_compliance" in effects])
+    state = before.state(-1)
+    place = 2 * before.n + S
+    if not np.all(np.isfinite(state.y)):
+        return None
+    travel, state.y[place] = float(state.y[place]), 0.0
+    if "belt_periodic_friction" in effects:
+        own = run["own"]["belt_periodic_friction"]
+        own["phase"] = (own["phase"] + 2 * np.pi * travel / effects["belt_periodic_friction"]["wavelength"]) % (2 * np.pi)
+    if "belt_friction_profile" in effects:
+        run["own"]["belt_friction_profile"]["start"] += travel
+    run["start"] = state.named(before.n)
+    record = simulate(with_effects(rig, run_effects(effects, run)), normal_force, belt_velocity, state, duration=args.duration,
+                      level=run["friction_level"])
+    if not np.all(np.isfinite(record.y)) or np.abs(record.w).max() > 8e-3:
+        return None
+    return run, record
+
+
+def convert(state, n, other, belt_velocity):
+    """The state of one model as a start for the same rig with fewer effects: what only the dropped effect carries is left out."""
+    m = other.modes()
+    y = np.zeros(2 * m + EXTRA)
+    keep = min(n, m)
+    y[:keep], y[m : m + keep], y[2 * m :] = state.y[:keep], state.y[n : n + keep], state.y[2 * n :]
+    phi = np.array([2.0 * (-1) ** j for j in range(m)])
+    if "belt_drive_compliance" not in other.effects:
+        y[2 * m + X] = y[2 * m + XD] = 0.0
+    if "sensor_lag" not in other.effects:
+        y[2 * m + Y] = phi @ y[:m]
+    mode = state.mode
+    slip = phi @ y[m : 2 * m] - belt_velocity - y[2 * m + XD]
+    if mode == 0 and "presliding_compliance" not in other.effects:
+        y[m : 2 * m] -= phi / (phi @ phi) * slip
+    elif mode != 0:
+        mode = 1 if slip > 0 else -1
+    return State(y, mode, state.stick_since, state.event_number)
+
+
+def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04):
+    """Median over windows of the rms difference (m) over 40 ms of the displacement with and without one effect."""
+    found = []
+    for run, record in zip(runs, records):
+        others = {k: v for k, v in run_effects(effects, run).items() if k != dropped}
+        reduced = with_effects(rig, others)
+        samples = round(window / 1e-4)
+        for i in np.linspace(0, len(record.t) - 1 - samples, windows).astype(int):
+            state = convert(record.state(i), record.n, reduced, run["belt_velocity_m_per_s"])
+            without = simulate(reduced, run["normal_force_n"], run["belt_velocity_m_per_s"], state, t0=record.t[i], duration=window,
+                               level=run["friction_level"], substep=COARSE["presliding_compliance" in others])
+            difference = record.measured[i : i + samples + 1] - without.measured
+            found.append(float(np.sqrt(np.mean(difference**2))))
+    return float(np.median(found))
+
+
+def draw_campaign(rng, names, args, points=None, effects=None):
+    """One campaign: (truth without its name, records). Redraws until every hidden effect is plainly visible.
+
+    points: operating points (N, m/s) instead of random ones; effects: {id: parameters} instead of random strengths."""
+    fixed = points, effects
+    for _ in range(60):
+        rig = draw_beam(rng)
+        effects = fixed[1] or {name: draw_effect(rng, name, rig.frequencies[0]) for name in names}
+        points = fixed[0] or [POINTS[i] for i in rng.permutation(len(POINTS))[: args.runs]]
+        drawn = [draw_run(rng, rig, effects, point, args) for point in points]
+        if any(d is None for d in drawn):
+            continue
+        runs, records = [d[0] for d in drawn], [d[1] for d in drawn]
+        size = {name: visibility(rig, effects, runs, records, name) for name in names}
+        low = max([NOISE[0]] + [value / VISIBLE[1] for value in size.values()])
+        high = min([NOISE[1]] + [value / VISIBLE[0] for value in size.values()])
+        if args.noise:
+            low, high = max(low, args.noise), min(high, args.noise)
+        if low <= high:
+            noise = log_uniform(rng, low, high)
+            seen = {name: value / noise for name, value in size.items()}
+            break
+    else:
+        raise RuntimeError(f"no visible strength found for {names}")
+    frequencies, damping = list(rig.frequencies), list(rig.damping)
+    if "third_mode" in effects:
+        frequencies.append(effects["third_mode"]["frequency"])
+        damping.append(effects["third_mode"]["damping_ratio"])
+    truth = {
+        "effects": list(names), "parameters": effects, "noise_m": noise, "true_f_hz": frequencies, "true_D": damping,
+        "true_mass": rig.mass, "true_law": {"mus": rig.mu_s, "v1": rig.v1, "a1": rig.a1, "a2": rig.a2, "c2": rig.c2},
+        "points": [list(p) for p in points], "visibility": seen, "runs": runs,
+    }
+    return truth, records
+
+
+def replay(truth, i, duration=0.6, dt=1e-4):
+    """The record of run i (from 0) of a campaign as truth.json describes it: noise-free, bit for bit the one it was made from."""
+    law, run = truth["true_law"], truth["runs"][i]
+    rig = Rig(truth["true_f_hz"][:2], truth["true_D"][:2], truth["true_mass"], law["mus"], law["a1"], law["v1"], law["a2"], law["c2"],
+              effects=run_effects(truth["parameters"], run))
+    return simulate(rig, run["normal_force_n"], run["belt_velocity_m_per_s"], State.from_named(run["start"]), duration=duration, dt=dt,
+                    level=run["friction_level"])
+
+
+def write_campaign(folder, name, truth, records, rng, resolution=2.5e-9):
+    """campaign.toml with the nominal beam, and one CSV per run: the measured channel, offset, white noise, display steps (m)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = [f'name = "{name}"', "# tip displacement by laser vibrometer; time in s, displacement in m", "",
+             "[beam]  # as identified by modal analysis before the tests; a few tenths of a percent uncertain"]
+    lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
+    for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
+        file = f"run{i:02d}.csv"
+        lines += ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
+                  f"normal_force_n = {run['normal_force_n']:g}"]
+        t, x = record.t[:-1], record.measured[:-1]
+        x = x + run["offset_m"] + truth["noise_m"] * rng.standard_normal(x.size)
+        x = np.round(x / resolution) * resolution
+        text = ["time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
+        (folder / file).write_text("\n".join(text) + "\n")
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+
+
+def choose(rng, kind, count, effect=None):
+    """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
+    catalogue, outside = list(EFFECTS), list(OUTSIDE)
+    cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
+    singles, outsides = cycle(catalogue), cycle(outside)
+
+    def one(kind, i):
+        if kind == "none":
+            return []
+        if kind == "single":
+            return [effect or singles[i]]
+        if kind == "outside":
+            return [effect or outsides[i]]
+        while True:
+            pair = [effect or singles[i], str(rng.choice(catalogue))]
+            if pair[0] != pair[1] and set(pair) not in EXCLUDED_PAIRS:
+                return pair
+
+    if kind == "mixed":
+        kinds = rng.choice(["single", "none", "outside", "pair"], size=count, p=[0.6, 0.1, 0.15, 0.15])
+        return [one(str(k), i) for i, k in enumerate(kinds)]
+    return [one(kind, i) for i in range(count)]
+
+
+def parser():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--out", type=Path, required=True)
+    p.add_argument("--count", type=int, default=1)
+    p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--kind", choices=["single", "none", "pair", "outside", "mixed"], default="mixed")
+    p.add_argument("--effect", choices=list(PLACES), help="hide this effect (with --kind single, outside or pair)")
+    p.add_argument("--runs", type=int, default=6)
+    p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
+    p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
+    p.add_argument("--noise", type=float, default=0.0, help="standard deviation, m; 0 draws it from 0.05 to 2 micrometres")
+    p.add_argument("--offset", type=float, default=0.0, help="standard deviation of the sensor's offset, m")
+    p.add_argument("--level-scatter", type=float, default=0.005, help="standard deviation of the friction level from run to run, 1")
+    return p
+
+
+def main(argv=None):
+    args = parser().parse_args(argv)
+    rng = np.random.default_rng(args.seed)
+    answers = []
+    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect), 1):
+        own = np.random.default_rng([args.seed, i])
+        truth, records = draw_campaign(own, names, args)
+        name = f"{i:03d}"
+        write_campaign(args.out / name, f"campaign {name}", truth, records, own)
+        answers.append({"campaign": name, **truth})
+        (args.out / "truth.json").write_text(json.dumps(answers, indent=1) + "\n")
+        print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {truth['noise_m']:.2e}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

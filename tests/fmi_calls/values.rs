@@ -1,0 +1,315 @@
+//! fmi2GetXXX and fmi2SetXXX (FMI 2.0.5, section 2.1.7).
+
+use crate::{RESULTS, advance, assert_refused, results};
+use stickslip_tests::slave::{OK, Slave};
+use stickslip_tests::variables::{XML, reference};
+
+/// Every variable: name, element, causality, start value.
+fn variables() -> Vec<(String, String, String, Option<String>)> {
+    let document = roxmltree::Document::parse(&XML).unwrap();
+    document
+        .descendants()
+        .filter(|node| node.has_tag_name("ScalarVariable"))
+        .map(|node| {
+            let typed = node.first_element_child().unwrap();
+            (
+                node.attribute("name").unwrap().to_owned(),
+                typed.tag_name().name().to_owned(),
+                node.attribute("causality").unwrap().to_owned(),
+                typed.attribute("start").map(str::to_owned),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn every_variable_can_be_read_and_has_the_start_value_of_the_description() {
+    let slave = Slave::new();
+    assert_eq!(slave.enter(), OK);
+    for (name, element, _, start) in variables() {
+        let value = if element == "Real" {
+            slave.get(&name)
+        } else {
+            f64::from(slave.get_integer(&name))
+        };
+        assert!(value.is_finite(), "{name}");
+        if let Some(start) = start {
+            assert_eq!(value, start.parse::<f64>().unwrap(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn every_settable_real_refuses_nan_and_infinity_and_every_result_refuses_all() {
+    let slave = Slave::new();
+    for (name, element, _, start) in variables() {
+        match (element.as_str(), start) {
+            ("Real", Some(start)) => {
+                for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    assert_refused(&slave, slave.set(&name, value), &name);
+                }
+                assert_eq!(slave.set(&name, start.parse().unwrap()), OK, "{name}");
+            }
+            ("Real", None) => assert_refused(&slave, slave.set(&name, 1.0), "a result"),
+            (_, Some(start)) => {
+                assert_refused(&slave, slave.set_integer(&name, 1000), &name);
+                assert_refused(&slave, slave.set_integer(&name, -1000), &name);
+                assert_eq!(slave.set_integer(&name, start.parse().unwrap()), OK);
+            }
+            (_, None) => assert_refused(&slave, slave.set_integer(&name, 1), "a result"),
+        }
+    }
+}
+
+#[test]
+fn parameters_are_fixed_once_the_run_has_begun() {
+    let slave = Slave::started();
+    for (name, element, causality, start) in variables() {
+        let Some(start) = start else { continue };
+        if element == "Real" && causality != "input" {
+            let status = slave.set(&name, start.parse().unwrap());
+            assert_refused(&slave, status, "fixed once the run has begun");
+        }
+    }
+    assert_eq!(slave.set("belt_velocity", 0.2), OK);
+    assert_eq!(slave.set("normal_force", 0.0), OK);
+    assert_refused(
+        &slave,
+        slave.set("normal_force", -1.0),
+        "normal_force = -1 N",
+    );
+}
+
+#[test]
+fn unknown_references_and_wrong_types_are_refused() {
+    let slave = Slave::started();
+    for vr in [0, 9, 9000, 65_535, u32::MAX] {
+        assert_refused(&slave, slave.get_into(&[vr], &mut [0.0]), "value reference");
+        assert_refused(&slave, slave.set_all(&[vr], &[0.0]), "value reference");
+    }
+    let mode = reference("contact_mode");
+    assert_refused(&slave, slave.get_into(&[mode], &mut [0.0]), "Enumeration");
+    assert_refused(
+        &slave,
+        slave.set_integer("belt_velocity", 1),
+        "is of type Real",
+    );
+    assert_refused(&slave, slave.call_on("fmi2GetBoolean", mode), "as Boolean");
+    assert_refused(
+        &slave,
+        slave.call_on("fmi2GetString", reference("tip_velocity")),
+        "as String",
+    );
+    assert_refused(&slave, slave.call_on("fmi2SetBoolean", mode), "as Boolean");
+    assert_refused(&slave, slave.call_on("fmi2SetString", mode), "as String");
+}
+
+#[test]
+fn setting_several_is_all_or_nothing() {
+    let slave = Slave::new();
+    let names = ["belt_velocity", "friction.mu_0", "normal_force"].map(reference);
+    assert_refused(
+        &slave,
+        slave.set_all(&names, &[0.2, 0.5, -3.0]),
+        "normal_force",
+    );
+    assert_eq!(slave.enter(), OK);
+    assert_eq!(slave.get("belt_velocity"), 0.1);
+    assert_eq!(slave.get("friction.mu_0"), 0.66);
+    let twice = [names[0], names[0]];
+    assert_eq!(slave.set_all(&twice, &[0.2, 0.3]), OK);
+    assert_eq!(
+        slave.get("belt_velocity"),
+        0.3,
+        "the last of duplicates holds"
+    );
+}
+
+#[test]
+fn impossible_parameters_stop_the_initialisation_until_they_are_corrected() {
+    for (name, bad, good) in [
+        ("mode[1].mass", 0.0, 0.427),
+        ("mode[2].frequency", 0.0, 510.0),
+        ("friction.v1", 0.0, 0.02),
+        ("friction.a1", 1.5, 0.5),
+        ("presliding_compliance.bristle_stiffness", -1.0, 0.0),
+    ] {
+        let slave = Slave::new();
+        assert_eq!(
+            slave.set(name, bad),
+            OK,
+            "values come in any order, so they are judged at the end"
+        );
+        assert_eq!(slave.enter(), OK);
+        assert_refused(&slave, slave.exit(), name);
+        assert_eq!(slave.set(name, good), OK);
+        assert_eq!(slave.exit(), OK);
+        let fresh = Slave::started();
+        advance(&slave, 0.0, 1e-3, 20);
+        advance(&fresh, 0.0, 1e-3, 20);
+        assert_eq!(results(&slave), results(&fresh));
+    }
+}
+
+#[test]
+fn the_order_of_setting_does_not_matter() {
+    let sets: [(&str, f64); 6] = [
+        ("third_mode.frequency", 1404.0),
+        ("q[1]", 1e-3),
+        ("friction.mu_0", 0.6),
+        ("third_mode.state.displacement", 1e-6),
+        ("q_dot[2]", 0.01),
+        ("normal_force", 80.0),
+    ];
+    let mut outcomes = Vec::new();
+    for turn in 0..sets.len() {
+        for inside in 0..=sets.len() {
+            let slave = Slave::new();
+            for i in 0..sets.len() {
+                if i == inside {
+                    assert_eq!(slave.enter(), OK);
+                }
+                let (name, value) = sets[(i + turn) % sets.len()];
+                assert_eq!(slave.set(name, value), OK);
+                if i > inside {
+                    // Looking at results in between must not freeze anything.
+                    slave.get("tip_acceleration");
+                }
+            }
+            if inside == sets.len() {
+                assert_eq!(slave.enter(), OK);
+            }
+            assert_eq!(slave.exit(), OK);
+            assert_eq!(slave.get("third_mode.state.displacement"), 1e-6);
+            advance(&slave, 0.0, 1e-3, 20);
+            outcomes.push(results(&slave));
+        }
+    }
+    assert!(outcomes.iter().all(|outcome| *outcome == outcomes[0]));
+}
+
+#[test]
+fn results_follow_what_is_set_during_initialisation() {
+    let slave = Slave::new();
+    assert_eq!(slave.enter(), OK);
+    assert_eq!(slave.set("q[1]", 2e-3), OK);
+    assert!((slave.get("tip_displacement") - 4e-3).abs() < 1e-15);
+    assert_eq!(slave.set("sensor.offset", 1e-3), OK);
+    assert!((slave.get("measured_displacement") - 5e-3).abs() < 1e-15);
+    assert_eq!(slave.set("belt_velocity", 0.3), OK);
+    assert_eq!(slave.get("relative_velocity"), -0.3);
+    assert_eq!(slave.set("belt_travel.start", 0.7), OK);
+    assert_eq!(slave.get("belt_travel"), 0.7);
+    assert_eq!(slave.get_integer("contact_mode"), -1);
+    assert_eq!(slave.set_integer("start.contact", 1), OK);
+    assert_eq!(slave.set("q[1]", 0.0), OK);
+    assert_eq!(slave.set("dwell_time.start", 0.25), OK);
+    assert_eq!(slave.get_integer("contact_mode"), 0);
+    assert_eq!(slave.get("relative_velocity"), 0.0);
+    assert_eq!(slave.get("dwell_time"), 0.25);
+    assert!(
+        (slave.get("tip_velocity") - 0.3).abs() < 1e-15,
+        "projected on the belt's velocity"
+    );
+}
+
+#[test]
+fn every_friction_law_and_number_of_modes_runs() {
+    for law in 1..=5 {
+        for modes in [1, 2, 8] {
+            let slave = Slave::new();
+            assert_eq!(slave.set_integer("friction.law", law), OK);
+            assert_eq!(slave.set_integer("mode_count", modes), OK);
+            slave.start_at(0.0);
+            advance(&slave, 0.0, 1e-2, 10);
+            for name in RESULTS {
+                assert!(
+                    slave.get(name).is_finite(),
+                    "law {law}, {modes} modes, {name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_bristle_has_a_mode_of_its_own_and_settles_on_request() {
+    let start = |settled: i32| {
+        let slave = Slave::new();
+        assert_eq!(
+            slave.set("presliding_compliance.bristle_stiffness", 5e5),
+            OK
+        );
+        assert_eq!(slave.set("presliding_compliance.bristle_damping", 60.0), OK);
+        assert_eq!(slave.set_integer("start.effects", settled), OK);
+        slave.start_at(0.0);
+        assert_eq!(slave.get_integer("contact_mode"), 2);
+        slave.get("presliding_compliance.state.deflection")
+    };
+    assert_eq!(start(0), 0.0);
+    assert!(start(1) < 0.0, "{}", start(1));
+}
+
+#[test]
+fn energies_balance_also_across_a_change_of_inputs() {
+    let slave = Slave::started();
+    let read = || {
+        [
+            "stored",
+            "belt_work",
+            "contact_dissipation",
+            "structural_dissipation",
+        ]
+        .map(|name| slave.get(&format!("energy.{name}")))
+    };
+    let before = read();
+    advance(&slave, 0.0, 1e-3, 333);
+    assert_eq!(slave.set("belt_velocity", 0.07), OK);
+    assert_eq!(slave.set("normal_force", 60.0), OK);
+    advance(&slave, 0.333, 1e-3, 333);
+    let after = read();
+    let [stored, work, contact, structure] = std::array::from_fn(|i| after[i] - before[i]);
+    assert!(work > 1.0 && contact > 0.1 && structure > 0.0, "{after:?}");
+    let gap = work - stored - contact - structure;
+    assert!(gap.abs() < 1e-7 * work, "{gap} of {work} J");
+}
+
+#[test]
+fn energies_asked_for_too_late_are_refused() {
+    let slave = Slave::started();
+    advance(&slave, 0.0, 1e-3, 3);
+    let work = reference("energy.belt_work");
+    assert_refused(
+        &slave,
+        slave.get_into(&[work], &mut [0.0]),
+        "before the first step",
+    );
+    assert!(slave.get("energy.stored") > 0.0);
+}
+
+#[test]
+fn debug_logging_filters_by_category_and_refuses_unknown_ones() {
+    let slave = Slave::new();
+    assert_refused(
+        &slave,
+        slave.debug_logging(true, &[c"noSuchThing"]),
+        "noSuchThing",
+    );
+    assert_eq!(slave.debug_logging(true, &[c"logStatusWarning"]), OK);
+    assert_eq!(slave.debug_logging(true, &[c"logAll"]), OK);
+    assert_eq!(slave.debug_logging(true, &[]), OK);
+    assert_eq!(slave.debug_logging(false, &[]), OK);
+    assert!(slave.messages().is_empty());
+    assert_refused(&slave, slave.step(0.0, 1.0), "fmi2DoStep");
+    let verbose = Slave::instantiate("x", 1, Some(stickslip_tests::variables::guid()), None, 1);
+    let messages = verbose.unwrap_or_else(|m| panic!("{m:?}")).messages();
+    assert_eq!(messages[0].category, "logEvents");
+}
+
+#[test]
+fn percent_signs_in_messages_are_harmless() {
+    let messages = Slave::instantiate("100%s%n", 1, Some("%s%n%d"), None, 0)
+        .err()
+        .unwrap();
+    assert!(messages[0].text.contains("'%s%n%d'"));
+}
