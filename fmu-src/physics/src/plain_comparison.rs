@@ -77,8 +77,8 @@ impl Case {
         run
     }
 
-    /// Both run to `end`, with new inputs at `change` if they are given.
-    fn compare(&self, end: f64, change: Option<(f64, Inputs)>) {
+    /// Both run to `end`, with new inputs at `change` if they are given; returns the mode then.
+    fn compare(&self, end: f64, change: Option<(f64, Inputs)>) -> f64 {
         let mut x = self.start();
         let mut run = self.simulation(&x);
         let i = self.inputs;
@@ -126,6 +126,7 @@ impl Case {
             assert!((mine - plain).abs() < tolerance, "{name}: {mine} {plain}");
         }
         assert!(!expected.is_empty(), "{name}: nothing happened");
+        mode
     }
 }
 
@@ -160,8 +161,8 @@ fn val_the_plain_twin_agrees_with_ramps() {
 fn val_the_plain_twin_agrees_where_inputs_jump() {
     // Source: src/plain.rs, an independent statement of the equations.
     let case = Case::new(2, 100.0, 0.1);
-    // The first stick lasts to about 13 ms, the slip after it some milliseconds.
-    for t in [0.004, 0.017] {
+    // In stick, and in the slip after it.
+    for (t, mode) in [(0.004, 0.0), (0.012, -1.0)] {
         for (belt, normal) in [
             (0.1, 45.0),
             (0.1, 140.0),
@@ -169,7 +170,8 @@ fn val_the_plain_twin_agrees_where_inputs_jump() {
             (0.13, 100.0),
             (-0.1, 60.0),
         ] {
-            case.compare(0.06, Some((t, Inputs::constant(belt, normal))));
+            let inputs = Inputs::constant(belt, normal);
+            assert_eq!(case.compare(0.06, Some((t, inputs))), mode);
         }
     }
 }
