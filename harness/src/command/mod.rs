@@ -2,8 +2,10 @@
 
 pub mod compare;
 pub mod demo;
+pub mod diagnose;
 pub mod operating_point;
 pub mod pack;
+pub mod repaired_model;
 pub mod simulate;
 
 use std::path::Path;
