@@ -610,8 +610,8 @@ impl Normal {
     }
 
     fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (matrix, _, _) = self.reduced(0.0)?;
-        let inverse = scaled_inverse(&matrix, 0.0)?;
+        let (matrix, _, _) = self.reduced(1e-9)?;
+        let inverse = scaled_inverse(&matrix, 1e-9)?;
         Some(inverse.view((0, 0), (self.shared, self.shared)).into_owned())
     }
 }

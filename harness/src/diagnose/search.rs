@@ -37,6 +37,22 @@ pub fn effort(iterations: usize) -> Effort {
     Effort { iterations, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: true, revive: true }
 }
 
+/// How thorough a search is.
+#[derive(Debug, Clone, Copy)]
+pub struct Depth {
+    /// Jacobians for a first look at a start.
+    pub look: usize,
+    /// Starts that are followed to the end.
+    pub followed: usize,
+    /// Jacobians for these.
+    pub climb: usize,
+}
+
+/// Every start is looked at, the best two are followed to the end.
+pub const THOROUGH: Depth = Depth { look: LOOK, followed: FOLLOWED, climb: CLIMB };
+/// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
+pub const BRIEF: Depth = Depth { look: 2, followed: 1, climb: 5 };
+
 /// Ways to choose an effect: one for each value of its settings that are switches.
 pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
     let card = &session.catalogue[effect];
@@ -55,7 +71,7 @@ pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Trial) -> Result<Trial, Error> {
+pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Trial, depth: Depth) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(choices)?;
     let new = choices.last().expect("a search adds an effect").effect;
     let data = Data { shots, noise: &session.noise, weight: 1.0 };
@@ -63,12 +79,12 @@ pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Tria
     let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
     let mut looks: Vec<Fit> = starts
         .into_iter()
-        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, revive: false, ..effort(LOOK) }).run(start))
+        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, revive: false, ..effort(depth.look) }).run(start))
         .collect();
     looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
     let mut best: Option<Fit> = None;
-    for look in looks.into_iter().take(FOLLOWED) {
-        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB)).run(look.point);
+    for look in looks.into_iter().take(depth.followed) {
+        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(look.point);
         if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
             best = Some(fit);
         }
@@ -153,16 +169,18 @@ fn starts(session: &Session, h: &Hypothesis, new: usize, base: &Trial, data: &Da
         Some(a) => vec![effect.parameters[a].typical],
     };
     for shape in &grid {
-        for &strength in &strengths {
+        for (sign, &strength) in strengths.iter().enumerate() {
             let mut values: Vec<(usize, f64)> = shapes.iter().zip(shape).filter_map(|(&i, v)| Some((index(&effect.parameters[i].name)?, *v))).collect();
             if let (Some(a), true) = (amplitude, strength.is_finite()) {
                 let Some(i) = index(&effect.parameters[a].name) else { continue };
                 values.push((i, strength));
                 out.push(with(&fresh, &values));
                 // From the calibrated model, with the effect barely on.
-                values.pop();
-                values.push((i, 0.02 * strength));
-                out.push(with(&from_base, &values));
+                if sign == 0 {
+                    values.pop();
+                    values.push((i, 0.02 * strength));
+                    out.push(with(&from_base, &values));
+                }
             } else {
                 out.push(with(&fresh, &values));
             }
@@ -181,7 +199,7 @@ fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
     let mut grid = vec![typical.clone()];
     let factors: &[f64] = match shapes.len() {
         0 => &[],
-        1 => &[0.12, 0.35, 3.0, 9.0],
+        1 => &[0.2, 5.0],
         _ => &[0.3, 3.0],
     };
     for (axis, &i) in shapes.iter().enumerate() {

@@ -3,7 +3,7 @@
 use super::hypothesis::Choice;
 use super::judge::{self, Judgement};
 use super::knob::Knob;
-use super::search::{self, Trial, baseline, search, variants};
+use super::search::{self, BRIEF, THOROUGH, Trial, baseline, search, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
@@ -12,7 +12,11 @@ use std::sync::Mutex;
 /// Every how many-th pair of shots is used while candidates are compared.
 const SCREEN_EVERY: usize = 3;
 /// Single effects with which pairs are formed when none alone is enough.
-const PAIR_LEADERS: usize = 4;
+const PAIR_LEADERS: usize = 3;
+/// A score above this many times that of a hypothesis at the noise floor rules another one out.
+const CLEARLY_WORSE: f64 = 1.5;
+/// A pair whose median error over the noise is below this after a brief search gets a thorough one.
+const PROMISING: f64 = 4.0;
 /// Effects added at most.
 pub const MOST_EFFECTS: usize = 2;
 /// A hypothesis explains the data if the median error is at most this many times the noise, ...
@@ -99,7 +103,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let base_trial = Contender::new(session, Vec::new(), base, &indices);
     let list: Vec<Choice> = (0..session.catalogue.len()).flat_map(|e| variants(session, e)).collect();
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
-    let mut singles = compete(session, &jobs, &[&base_trial], &indices, &shots, watch)?;
+    let mut singles = compete(session, &jobs, &[&base_trial], &indices, &shots, samples, watch)?;
     singles.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
     // The reference model gets another try from each of the best candidates' nuisances.
     let calibrated = retry_baseline(session, base_trial, &singles, &indices, &shots)?;
@@ -119,7 +123,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
                 }
             }
         }
-        pairs = compete(session, &jobs, &bases, &indices, &shots, watch)?;
+        pairs = compete(session, &jobs, &bases, &indices, &shots, samples, watch)?;
         pairs.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
     }
     let stopped = watch.stop();
@@ -158,7 +162,9 @@ fn as_given(session: &Session, indices: &[usize], shots: &[Shot]) -> Result<(Jud
 }
 
 /// Fits many hypotheses in parallel, each from the base it extends.
-fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indices: &[usize], shots: &[Shot], watch: &dyn Watch) -> Result<Vec<Contender>, Error> {
+fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indices: &[usize], shots: &[Shot], samples: f64, watch: &dyn Watch) -> Result<Vec<Contender>, Error> {
+    // Score of the best hypothesis that is down to the noise.
+    let floor: Mutex<Option<f64>> = Mutex::new(None);
     let done = Mutex::new(0usize);
     let numbered: Vec<(usize, &Vec<Choice>)> = jobs.iter().enumerate().collect();
     let results = parallel(&numbered, |(i, choices)| {
@@ -166,11 +172,28 @@ fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indice
             return Ok(None);
         }
         let base = bases[if bases.len() == 1 { 0 } else { *i }];
-        let trial = search(session, choices, shots, &base.trial)?;
+        let at_floor = || *floor.lock().unwrap_or_else(|e| e.into_inner());
+        let brief = choices.len() > 1 || at_floor().is_some();
+        let trial = search(session, choices, shots, &base.trial, if brief { BRIEF } else { THOROUGH })?;
+        let mut contender = Contender::new(session, (*choices).clone(), trial, indices);
+        // A brief search rules a hypothesis out only by far; near the best it is done again thoroughly.
+        let near = at_floor().is_none_or(|best| contender.score(samples) < CLEARLY_WORSE * best);
+        if brief && near && (choices.len() == 1 || contender.fit.quantile(0.5) < PROMISING) {
+            let again = search(session, choices, shots, &base.trial, THOROUGH)?;
+            let again = Contender::new(session, (*choices).clone(), again, indices);
+            if again.score(samples) < contender.score(samples) {
+                contender = again;
+            }
+        }
+        if contender.reaches_floor() {
+            let mut best = floor.lock().unwrap_or_else(|e| e.into_inner());
+            let score = contender.score(samples);
+            *best = Some(best.map_or(score, |b| b.min(score)));
+        }
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
         *done += 1;
-        watch.step(&format!("{} ({} simulations)", name(session, choices), trial.simulations), *done, jobs.len());
-        Ok(Some(Contender::new(session, (*choices).clone(), trial, indices)))
+        watch.step(&name(session, choices), *done, jobs.len());
+        Ok(Some(contender))
     })?;
     Ok(results.into_iter().flatten().collect())
 }
