@@ -31,6 +31,16 @@ pub enum Error {
         problem: String,
     },
 
+    // ---- blind test
+    /// truth.json can't be read.
+    #[error("{}: {problem}; give a list of objects with campaign, effects and parameters", path.display())]
+    Truth {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+
     // ---- observer
     /// The observer refuses a record.
     #[error("{run}: {source}")]

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new();
     let diagnosis = diagnose(&fmu, &campaign, &arguments.output, &progress)?;
-    progress.bar.finish_and_clear();
+    progress.finish();
     if arguments.json {
         println!("{}", to_json(&diagnosis));
     } else {
@@ -105,6 +105,18 @@ impl Progress {
         // A second registration (several campaigns in one program) is refused and not needed.
         let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
         Self { bar, stop }
+    }
+}
+
+impl Progress {
+    /// Prints without disturbing the bar.
+    pub fn suspend(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
     }
 }
 
