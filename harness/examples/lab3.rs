@@ -2,8 +2,8 @@ use std::path::Path;
 use std::time::Instant;
 use stickslip::diagnose::{judge, select::*, session::*};
 use stickslip::{fmu::Fmu, measurement::Campaign};
-struct Quiet;
-impl Watch for Quiet { fn step(&self, _: &str, _: usize, _: usize) {} fn stop(&self) -> bool { false } }
+struct Quiet(Instant);
+impl Watch for Quiet { fn step(&self, w: &str, a: usize, b: usize) { if std::env::var("V").is_ok() { eprintln!("   {:.1?} {w} {a}/{b}", self.0.elapsed()); } } fn stop(&self) -> bool { false } }
 fn show(s: &Session, c: &Contender, n: f64) -> String {
     let mut o = format!("{:45} score {:7.0} [{:.2} {:.2} {:.2}] nrmse {:.4}", name(s, &c.choices), c.score(n), c.fit.quantile(0.5), c.fit.quantile(0.75), c.fit.quantile(0.9), c.fit.nrmse);
     for (k, u) in c.trial.hypothesis.shared.iter().zip(&c.trial.fit.point.shared) { if c.choices.iter().any(|ch| k.name.starts_with(&s.catalogue[ch.effect].id)) { o += &format!(" {:.4e}", k.value(*u)); } }
@@ -20,7 +20,7 @@ fn main() {
         let s = Session::new(&fmu, &campaign).unwrap();
         let tr = truth.as_array().unwrap().iter().find(|t| t["campaign"] == n.as_str()).unwrap();
         println!("=== {n} {} {}", tr["effects"], tr["parameters"].to_string().chars().take(150).collect::<String>());
-        let sel = select(&s, &Quiet).unwrap();
+        let sel = select(&s, &Quiet(t0)).unwrap();
         let t1 = t0.elapsed();
         println!("  {}", show(&s, &sel.calibrated, sel.samples));
         for c in sel.path.iter() { println!("  PATH {}", show(&s, c, sel.samples)); }

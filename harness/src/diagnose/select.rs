@@ -169,7 +169,7 @@ fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indice
         let trial = search(session, choices, shots, &base.trial)?;
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
         *done += 1;
-        watch.step(&name(session, choices), *done, jobs.len());
+        watch.step(&format!("{} ({} simulations)", name(session, choices), trial.simulations), *done, jobs.len());
         Ok(Some(Contender::new(session, (*choices).clone(), trial, indices)))
     })?;
     Ok(results.into_iter().flatten().collect())
@@ -203,7 +203,7 @@ fn retry_baseline(session: &Session, base: Contender, singles: &[Contender], ind
         start.stuck.clone_from(&from.stuck);
         let fit = Fitter::new(&mut predictor, &h, &data, search::effort(8)).run(start);
         if fit.trimmed < best.fit.trimmed {
-            best = Contender::new(session, Vec::new(), Trial { hypothesis: h, fit }, indices);
+            best = Contender::new(session, Vec::new(), Trial { hypothesis: h, fit, simulations: 0 }, indices);
         }
     }
     Ok(best)
