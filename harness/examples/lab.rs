@@ -1,124 +1,40 @@
 use std::path::Path;
 use std::time::Instant;
-use stickslip::diagnose::{candidate::candidates, fit::*, hypothesis::*, predictor::*, shot::*};
+use stickslip::diagnose::{fit::*, hypothesis::*, search::*, session::*};
 use stickslip::{fmu::Fmu, measurement::Campaign};
+fn quant(fit: &Fit, s: &Session, shots: &[stickslip::diagnose::shot::Shot]) -> String {
+    let mut ratio: Vec<f64> = fit.mean_square.iter().zip(shots).map(|(m, sh)| m.sqrt() / s.noise[sh.run]).collect();
+    ratio.sort_by(f64::total_cmp);
+    let q = |p: f64| ratio[((ratio.len() - 1) as f64 * p) as usize];
+    format!("Q {:8.0} [{:.2} {:.2} {:.2} {:.1}]", fit.trimmed, q(0.2), q(0.5), q(0.75), q(0.9))
+}
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let fmu = Fmu::load(Path::new("/work/notes/StickSlipBeam.fmu")).unwrap();
-    let catalogue = candidates(&fmu).unwrap();
-    for folder in &args[1..] {
-        let campaign = Campaign::load(Path::new(folder)).unwrap();
-        let structure = structure(&fmu, &campaign.beam).unwrap();
-        let refs = References::new(&fmu, structure.modes().len()).unwrap();
+    let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(Path::new(&args[1]).join("truth.json")).unwrap()).unwrap();
+    let all = std::env::var("ALL").is_ok();
+    for n in &args[2..] {
+        let campaign = Campaign::load(&Path::new(&args[1]).join(n)).unwrap();
+        let s = Session::new(&fmu, &campaign).unwrap();
+        let tr = truth.as_array().unwrap().iter().find(|t| t["campaign"] == n.as_str()).unwrap();
+        let ids: Vec<String> = tr["effects"].as_array().unwrap().iter().map(|e| e.as_str().unwrap().to_owned()).collect();
+        println!("=== {n} {ids:?} {:?} noise {:.2e}", tr["parameters"].to_string().chars().take(150).collect::<String>(), s.noise[0]);
+        let shots: Vec<_> = s.fit_shots(3).iter().map(|&k| s.shots[k].clone()).collect();
         let t0 = Instant::now();
-        let smoothings: Vec<_> = campaign
-            .runs
-            .iter()
-            .map(|r| smooth_run(r, &structure).unwrap())
-            .collect();
-        println!("{folder} smoothing {:?}", t0.elapsed());
-        let noise: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
-        println!(
-            "noise {noise:?} cycles {:?}",
-            smoothings.iter().map(|s| s.cycle).collect::<Vec<_>>()
-        );
-        let mut shots = Vec::new();
-        for (i, r) in campaign.runs.iter().enumerate() {
-            shots.extend(cut(i, r, &smoothings[i], 0.02));
-        }
-        let travel: Vec<(f64, f64)> = (0..campaign.runs.len())
-            .map(|r| {
-                shots
-                    .iter()
-                    .filter(|s| s.run == r)
-                    .fold((f64::MAX, f64::MIN), |a, s| {
-                        (a.0.min(s.travel), a.1.max(s.travel_end))
-                    })
-            })
-            .collect();
-        println!(
-            "{} shots, {} stuck",
-            shots.len(),
-            shots.iter().filter(|s| s.stuck).count()
-        );
-        let spread = campaign
-            .runs
-            .iter()
-            .map(|r| {
-                let m = r.displacement.iter().sum::<f64>() / r.displacement.len() as f64;
-                (r.displacement.iter().map(|d| (d - m).powi(2)).sum::<f64>()
-                    / r.displacement.len() as f64)
-                    .sqrt()
-            })
-            .sum::<f64>()
-            / campaign.runs.len() as f64;
-        let h = Hypothesis::new(&fmu, &campaign, &catalogue, &[], &travel, spread).unwrap();
-        let data = Data {
-            shots: &shots,
-            noise: &noise,
-            weight: 1.0,
-        };
-        let mut p = Predictor::new(&fmu, &refs, &campaign.runs, &h).unwrap();
-        let mut point = Point::centre(&h, &shots);
-        for it in [0, 3, 6, 6] {
-            let t0 = Instant::now();
-            let effort = Effort {
-                iterations: it,
-                stride: 2,
-                tolerance: 1e-4,
-                knobs: true,
-                shared: true,
-            };
-            let fit = Fitter::new(&mut p, &h, &data, effort).run(point.clone());
-            let mut ratio: Vec<f64> = fit
-                .mean_square
-                .iter()
-                .zip(&shots)
-                .map(|(m, s)| (m.sqrt() / noise[s.run]))
-                .collect();
-            ratio.sort_by(f64::total_cmp);
-            let q = |p: f64| ratio[((ratio.len() - 1) as f64 * p) as usize];
-            println!(
-                "it {it}: Q {:.1} rms/noise quantiles 10% {:.2} 50% {:.2} 80% {:.2} 90% {:.2} max {:.2}  {:?} sims {}",
-                fit.objective,
-                q(0.1),
-                q(0.5),
-                q(0.8),
-                q(0.9),
-                q(1.0),
-                t0.elapsed(),
-                p.count
-            );
-            for r in 0..campaign.runs.len() {
-                let mut v: Vec<f64> = fit
-                    .mean_square
-                    .iter()
-                    .zip(&shots)
-                    .filter(|(_, s)| s.run == r)
-                    .map(|(m, s)| m.sqrt() / noise[s.run])
-                    .collect();
-                v.sort_by(f64::total_cmp);
-                print!(
-                    " run {r}: {:.2}/{:.2}/{:.2} ",
-                    v[v.len() / 2],
-                    v[v.len() * 4 / 5],
-                    v[v.len() - 1]
-                );
-            }
+        let base = baseline(&s, &shots).unwrap();
+        println!("  baseline {} {:?} {} shots", quant(&base.fit, &s, &shots), t0.elapsed(), shots.len());
+        let mut list: Vec<Choice> = Vec::new();
+        for (e, c) in s.catalogue.iter().enumerate() { if all || ids.contains(&c.id) { list.extend(variants(&s, e)); } }
+        let t0 = Instant::now();
+        let trials = parallel(&list, |c| { let t = Instant::now(); let r = search(&s, std::slice::from_ref(c), &shots, &base)?; Ok((r, t.elapsed())) }).unwrap();
+        let mut order: Vec<usize> = (0..trials.len()).collect();
+        order.sort_by(|&a, &b| trials[a].0.fit.trimmed.total_cmp(&trials[b].0.fit.trimmed));
+        for i in order {
+            let (t, time) = &trials[i];
+            print!("  {:24} {} {:.1?}", s.catalogue[list[i].effect].id, quant(&t.fit, &s, &shots), time);
+            for (k, u) in t.hypothesis.shared.iter().zip(&t.fit.point.shared) { if k.name.starts_with(&s.catalogue[list[i].effect].id) { print!(" {:.4e}", k.value(*u)); } }
             println!();
-            point = fit.point;
         }
-        for (k, u) in h.shared.iter().zip(&point.shared) {
-            print!("{} {:.6}; ", k.name, k.value(*u));
-        }
-        println!();
-        for r in 0..campaign.runs.len() {
-            print!(
-                "level {:.4} offset {:.2e}; ",
-                h.own[r][0].value(point.own[r][0]),
-                point.own[r][1]
-            );
-        }
-        println!();
+        println!("  total {:?}", t0.elapsed());
     }
 }

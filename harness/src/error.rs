@@ -23,6 +23,14 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    // ---- repaired model
+    /// The calibrated values do not fit this project's FMU.
+    #[error("the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete")]
+    StartValues {
+        /// What does not fit.
+        problem: String,
+    },
+
     // ---- observer
     /// The observer refuses a record.
     #[error("{run}: {source}")]

@@ -4,6 +4,8 @@
 //! Imports go one way: `command` -> {`observer`, `diagnose`, `metric`, `report`} -> {`measurement`, `fmu`}.
 #![forbid(unsafe_code)]
 
+pub mod cli;
+pub mod command;
 pub mod diagnose;
 pub mod error;
 pub mod fmu;

@@ -1,2 +1,28 @@
 //! The command `stickslip`.
-fn main() {}
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use stickslip::cli::{Cli, Command};
+use stickslip::command::{compare, demo, diagnose, pack, simulate};
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        None => demo::run(&demo::Arguments::default()),
+        Some(Command::Demo(arguments)) => demo::run(&arguments),
+        Some(Command::Simulate(arguments)) => simulate::run(&arguments),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
+        Some(Command::Pack(arguments)) => pack::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!(
+                "{} {error}",
+                console::style("error:").red().bold().for_stderr()
+            );
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -6,6 +6,8 @@
 
 pub mod beam;
 pub mod belt;
+#[cfg(test)]
+mod conformance;
 pub mod contact;
 pub mod effects;
 pub mod energy;
@@ -14,5 +16,9 @@ pub mod friction;
 pub mod integrate;
 pub mod model;
 pub mod parameters;
+#[cfg(test)]
+mod plain;
+#[cfg(test)]
+mod plain_comparison;
 pub mod simulate;
 pub mod unit;

@@ -14,8 +14,10 @@ use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
 use crate::parameters::ModelParameters;
 
-/// Largest number of transitions in one advance before the run is given up as stalled.
-const MAX_TRANSITIONS_PER_ADVANCE: u64 = 2_000_000;
+/// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
+const LEAST_PROGRESS: f64 = 1e-9;
+/// Number of steps after which progress is judged.
+const PATIENCE: u64 = 200_000;
 /// Nodes at which a static limit that varies in time is interpolated.
 const LIMIT_NODES: usize = 9;
 
@@ -35,7 +37,7 @@ pub enum StartContact {
     Automatic,
     /// Stick where the force allows it: the velocity is projected on v_r = 0 first.
     Stick,
-    /// Slip, even if v_r is tiny.
+    /// Slip, even if v_r is tiny; where it is zero to rounding, as `Automatic`.
     Slip,
 }
 
@@ -289,12 +291,9 @@ impl Simulation {
         }
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
-        let wants_stick = match contact {
-            StartContact::Automatic => self.is_at_rest(t, &x),
-            StartContact::Stick => true,
-            StartContact::Slip => false,
-        };
-        self.front_mode = if rigid && wants_stick {
+        // At rest only the force tells whether the contact slips, and which way.
+        let rests = contact == StartContact::Stick || self.is_at_rest(t, &x);
+        self.front_mode = if rigid && rests {
             self.model.project_on_stick(t, &mut x);
             self.mode_at_rest(t, &x)
         } else {
@@ -435,17 +434,21 @@ impl Simulation {
     /// # Errors
     /// A motion that is no longer finite, or no progress in time; the run stays at the last good time.
     pub fn advance_to(&mut self, t: f64) -> Result<(), PhysicsError> {
-        let before = self.transition_count;
+        let (mut steps, mut since) = (0, (self.time, self.transition_count));
         while t >= self.segment.end {
             self.time = self.segment.end;
             self.finish_segment();
             self.next_segment()?;
-            if self.transition_count - before > MAX_TRANSITIONS_PER_ADVANCE {
-                return Err(PhysicsError::Stalled {
-                    time: self.segment.start,
-                    step: self.segment.length,
-                    transitions: self.transition_count - before,
-                });
+            steps += 1;
+            if steps % PATIENCE == 0 {
+                if self.time - since.0 < LEAST_PROGRESS * PATIENCE as f64 {
+                    return Err(PhysicsError::Stalled {
+                        time: self.time,
+                        step: self.segment.length,
+                        transitions: self.transition_count - since.1,
+                    });
+                }
+                since = (self.time, self.transition_count);
             }
         }
         self.time = t;

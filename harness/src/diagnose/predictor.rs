@@ -6,8 +6,16 @@ use crate::error::Error;
 use crate::fmu::{Fmu, Instance};
 use crate::measurement::Run;
 
-/// Relative tolerance of the FMU while it is fitted: errors of 1e-11 m, far below any sensor's noise.
-const TOLERANCE: f64 = 1e-8;
+/// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
+const TOLERANCE: f64 = 1e-7;
+
+/// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
+const RUNAWAY: f64 = 5.0;
+
+fn reach(displacement: &[f64]) -> f64 {
+    let mean = displacement.iter().sum::<f64>() / displacement.len() as f64;
+    displacement.iter().map(|d| (d - mean).abs()).fold(0.0, f64::max)
+}
 
 /// Values of everything that can be turned, and the start states of all shots.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,16 +43,8 @@ impl Point {
     /// The priors' centres and the smoothed start states.
     pub fn centre(hypothesis: &Hypothesis, shots: &[Shot]) -> Self {
         Self {
-            shared: hypothesis
-                .shared
-                .iter()
-                .map(|k| k.position(k.prior))
-                .collect(),
-            own: hypothesis
-                .own
-                .iter()
-                .map(|run| run.iter().map(|k| k.position(k.prior)).collect())
-                .collect(),
+            shared: hypothesis.shared.iter().map(|k| k.position(k.prior)).collect(),
+            own: hypothesis.own.iter().map(|run| run.iter().map(|k| k.position(k.prior)).collect()).collect(),
             states: shots
                 .iter()
                 .map(|s| {
@@ -59,10 +59,7 @@ impl Point {
 
     /// The start of shot `k`.
     pub fn start(&self, k: usize) -> ShotStart {
-        ShotStart {
-            state: self.states[k].clone(),
-            stuck: self.stuck[k],
-        }
+        ShotStart { state: self.states[k].clone(), stuck: self.stuck[k] }
     }
 }
 
@@ -74,6 +71,8 @@ pub struct Predictor<'a> {
     hypothesis: &'a Hypothesis,
     names: Vec<u32>,
     values: Vec<f64>,
+    /// Largest distance from the mean in each run, m.
+    reach: Vec<f64>,
     /// Time in s at which the last prediction ended.
     now: f64,
     /// Runs of the FMU so far.
@@ -85,12 +84,7 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// An FMU that refuses to be instantiated.
-    pub fn new(
-        fmu: &Fmu,
-        references: &'a References,
-        runs: &'a [Run],
-        hypothesis: &'a Hypothesis,
-    ) -> Result<Self, Error> {
+    pub fn new(fmu: &Fmu, references: &'a References, runs: &'a [Run], hypothesis: &'a Hypothesis) -> Result<Self, Error> {
         Ok(Self {
             instance: fmu.instantiate("diagnosis")?,
             references,
@@ -98,6 +92,7 @@ impl<'a> Predictor<'a> {
             hypothesis,
             names: Vec::new(),
             values: Vec::new(),
+            reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
             now: 0.0,
             count: 0,
         })
@@ -108,20 +103,13 @@ impl<'a> Predictor<'a> {
         self.values.push(value);
     }
 
-    /// Writes the predicted displacement at every `stride`-th time of the shot from its start on.
+    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the shot;
+    /// `false` if the motion ran away from the measurement and was given up.
     ///
     /// # Errors
     /// Values that the FMU refuses, or a motion that it can't follow.
-    pub fn predict(
-        &mut self,
-        shot: &Shot,
-        shared: &[f64],
-        own: &[f64],
-        state: &[f64],
-        stuck: bool,
-        stride: usize,
-        out: &mut Vec<f64>,
-    ) -> Result<(), Error> {
+    #[allow(clippy::too_many_arguments)]
+    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stuck: bool, used: usize, stride: usize, out: &mut Vec<f64>) -> Result<bool, Error> {
         self.count += 1;
         let h = self.hypothesis;
         let r = self.references;
@@ -135,12 +123,7 @@ impl<'a> Predictor<'a> {
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
         }
-        for (knob, &position) in h
-            .shared
-            .iter()
-            .zip(shared)
-            .chain(h.own[shot.run].iter().zip(own))
-        {
+        for (knob, &position) in h.shared.iter().zip(shared).chain(h.own[shot.run].iter().zip(own)) {
             for &(reference, factor) in &knob.targets {
                 self.push(reference, factor * knob.value(position));
             }
@@ -168,16 +151,20 @@ impl<'a> Predictor<'a> {
         self.instance.get_real(&[r.measured], &mut y)?;
         out.push(y[0]);
         let mut k = stride;
-        while k < shot.time.len() {
+        while k < used {
             let next = shot.time[k] - origin;
             self.instance.do_step(t, next - t)?;
             self.instance.get_real(&[r.measured], &mut y)?;
+            if (y[0] - shot.measured[k]).abs() > RUNAWAY * self.reach[shot.run] {
+                // A motion that runs away would cost the time of a thousand others.
+                return Ok(false);
+            }
             out.push(y[0]);
             t = next;
             k += stride;
         }
         self.now = t;
-        Ok(())
+        Ok(true)
     }
 
     /// Goes on from the end of the shot just predicted to the start of the next one and reads where the
@@ -197,9 +184,6 @@ impl<'a> Predictor<'a> {
         self.instance.get_integer(&[r.contact_mode], &mut mode)?;
         // Deviations of the effects' states from equilibrium are not carried over.
         state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
-        Ok(ShotStart {
-            state,
-            stuck: mode[0] == 0,
-        })
+        Ok(ShotStart { state, stuck: mode[0] == 0 })
     }
 }

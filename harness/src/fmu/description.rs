@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::parse_description::{Problem, parse};
 use crate::error::nearest;
 
 /// What an FMU says about itself.
@@ -144,6 +145,14 @@ pub struct VendorAnnotation {
 }
 
 impl ModelDescription {
+    /// Reads the text of a modelDescription.xml; the error says what is wrong with it.
+    pub fn parse(xml: &str) -> Result<ModelDescription, String> {
+        parse(xml).map_err(|problem| match problem {
+            Problem::Broken(what) => what,
+            Problem::NotCoSimulation => "offers no co-simulation".into(),
+        })
+    }
+
     /// The variable of this name, if there is one.
     pub fn find(&self, name: &str) -> Option<&Variable> {
         self.index.get(name).map(|&i| &self.variables[i])

@@ -130,14 +130,14 @@ impl Fmu {
                     folder.path(),
                     self.description(),
                     name,
-                    true,
+                    false,
                     log.clone(),
                 )
                 .map_err(refused)?,
             ),
             #[cfg(feature = "fmi-crate")]
             Source::FmiCrate(import) => {
-                Box::new(fmi_crate_backend::instantiate(import, name, true).map_err(refused)?)
+                Box::new(fmi_crate_backend::instantiate(import, name, false).map_err(refused)?)
             }
         };
         Ok(Instance::new(self, slave, log, name))

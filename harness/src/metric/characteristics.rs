@@ -8,7 +8,7 @@ pub const HARMONICS: usize = 5;
 /// What characterises one motion of the tip.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Characteristics {
-    /// Cycle period, s; `None` if it does not oscillate.
+    /// Cycle period, s, of the whole record or else of its second half; `None` if it does not oscillate.
     pub period: Option<f64>,
     /// Autocorrelation at the period, 1.
     pub regularity: Option<f64>,
@@ -31,9 +31,13 @@ pub fn characteristics(
     let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
     let amplitude = amplitude(displacement);
     let moves = amplitude > 5.0 * noise;
-    let found = moves
-        .then(|| period(&resample(time, displacement, interval), interval))
-        .flatten();
+    let even = resample(time, displacement, interval);
+    let found = if moves {
+        // A motion that jumps from one attractor to another has no period as a whole; where it ends up counts.
+        period(&even, interval).or_else(|| period(&even[even.len() / 2..], interval))
+    } else {
+        None
+    };
     let stick = detect_stick(time, displacement, belt_velocity, noise);
     Characteristics {
         period: found.map(|p| p.seconds),

@@ -1,4 +1,4 @@
-//! Residual of a self-excited motion, phase drift taken out cycle by cycle.
+//! Residual of a self-excited motion: each measured cycle against the most similar cycle of the model.
 
 use super::nrmse::nrmse;
 
@@ -9,29 +9,40 @@ pub struct AlignedResidual {
     pub model: Vec<f64>,
     /// Measured minus model.
     pub residual: Vec<f64>,
-    /// Shift of the model in each cycle, s; its slope is the relative error of the period.
-    pub shifts: Vec<f64>,
+    /// For each stretch, which motion fits it and by how much it is shifted, s.
+    pub fits: Vec<(usize, f64)>,
     /// [`nrmse`] of the aligned signals, 1.
     pub nrmse: f64,
 }
 
-/// Aligns a long model motion to a measurement.
+/// Grid points per period in the search for a shift: finer than the rise of a stick-slip cycle.
+const POINTS_PER_PERIOD: f64 = 60.0;
+/// Samples per stretch that the grid search looks at.
+const GRID_SAMPLES: usize = 60;
+
+/// Aligns motions of a model to a measurement, stretch by stretch.
 ///
-/// A self-excited motion has no clock: model and measurement drift apart in phase however good the model is, and a plain
-/// difference would mostly show the drift. So the measurement is cut into stretches of one `period` (s). For the first,
-/// the shift of the model is searched over two periods; for each further one within a quarter period of the shift
-/// before. What remains is the difference in shape and size. `model_time` must reach two periods beyond both ends of
-/// `time` for every shift to be possible; shifts that leave the model are not tried.
+/// A self-excited motion has no clock: model and measurement drift apart in phase however good the model is, an irregular
+/// one never repeats, and a small push moves it from one of several coexisting motions to another. A plain difference
+/// would show little else. So the measurement is cut into stretches of one `period` (s), and each is compared with the
+/// motion and the shift that fit it best:
 ///
-/// The drift itself is not lost: it is the difference of the periods, a metric of its own.
+/// ```text
+/// y_i = motion_k(t_i + s),   (k, s) minimise sum_(i in stretch) (m_i - y_i)^2
+/// ```
+///
+/// What remains is the difference in shape and size between cycles that are measured and cycles that the model makes.
+/// `motions` are motions of the model, settled or on their way; s runs over every shift with which they cover
+/// the record, so they should reach two periods beyond both of its ends. Errors of the period as such do not show here;
+/// they are a metric of their own.
 pub fn aligned_residual(
     time: &[f64],
     measured: &[f64],
-    model: &ModelMotion,
+    motions: &[ModelMotion],
     period: f64,
 ) -> AlignedResidual {
-    let mut aligned = Vec::with_capacity(time.len());
-    let mut shifts = Vec::new();
+    let mut model = Vec::with_capacity(time.len());
+    let mut fits = Vec::new();
     let mut first = 0;
     while first < time.len() {
         let mut end = time.partition_point(|t| *t < time[first] + period);
@@ -39,48 +50,71 @@ pub fn aligned_residual(
         if time[time.len() - 1] - time[end.min(time.len() - 1)] < 0.5 * period {
             end = time.len();
         }
-        let stretch = first..end;
-        let misfit =
-            |shift: f64| model.misfit(&time[stretch.clone()], &measured[stretch.clone()], shift);
-        let shift = match shifts.last() {
-            None => search(misfit, 0.0, period, 120),
-            Some(&before) => search(misfit, before, period / 4.0, 40),
+        let stretch = Stretch {
+            time: &time[first..end],
+            measured: &measured[first..end],
         };
-        aligned.extend(time[stretch].iter().map(|t| model.at(t + shift)));
-        shifts.push(shift);
+        let candidates = motions
+            .iter()
+            .map(|motion| stretch.best_shift(motion, motion.shifts_covering(time), period));
+        let best = candidates
+            .enumerate()
+            .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        let (which, (shift, _)) = best.expect("there is at least one motion");
+        model.extend(stretch.time.iter().map(|t| motions[which].at(t + shift)));
+        fits.push((which, shift));
         first = end;
     }
-    let residual = measured.iter().zip(&aligned).map(|(m, y)| m - y).collect();
+    let residual = measured.iter().zip(&model).map(|(m, y)| m - y).collect();
     AlignedResidual {
-        nrmse: nrmse(measured, &aligned),
-        model: aligned,
+        nrmse: nrmse(measured, &model),
+        model,
         residual,
-        shifts,
+        fits,
     }
 }
 
-/// Smallest `misfit` within `reach` of `centre`: the best of a grid, then golden section about it.
-fn search(misfit: impl Fn(f64) -> f64, centre: f64, reach: f64, points: usize) -> f64 {
-    let step = 2.0 * reach / points as f64;
-    let grid = (0..=points).map(|i| centre - reach + i as f64 * step);
-    let best = grid
-        .min_by(|a, b| misfit(*a).total_cmp(&misfit(*b)))
-        .unwrap_or(centre);
-    let (mut low, mut high) = (best - step, best + step);
-    let golden = 0.618_033_988_75;
-    for _ in 0..24 {
-        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-        if misfit(a) <= misfit(b) {
-            high = b;
-        } else {
-            low = a;
+/// A piece of the measurement.
+struct Stretch<'a> {
+    time: &'a [f64],
+    measured: &'a [f64],
+}
+
+impl Stretch<'_> {
+    /// The shift within `bounds` that fits best, with its misfit: the best of a coarse grid, then golden section about it.
+    fn best_shift(
+        &self,
+        motion: &ModelMotion,
+        (lowest, highest): (f64, f64),
+        period: f64,
+    ) -> (f64, f64) {
+        let step = period / POINTS_PER_PERIOD;
+        let skip = (self.time.len() / GRID_SAMPLES).max(1);
+        let points = ((highest - lowest) / step).floor().max(0.0) as usize;
+        let grid = (0..=points).map(|i| lowest + i as f64 * step);
+        let coarse = grid
+            .map(|shift| (shift, self.misfit(motion, shift, skip)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let start = coarse.map_or(lowest, |(shift, _)| shift);
+        let (mut low, mut high) = ((start - step).max(lowest), (start + step).min(highest));
+        let golden = 0.618_033_988_75;
+        for _ in 0..20 {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if self.misfit(motion, a, 1) <= self.misfit(motion, b, 1) {
+                high = b;
+            } else {
+                low = a;
+            }
         }
+        let shift = 0.5 * (low + high);
+        (shift, self.misfit(motion, shift, 1))
     }
-    let fine = 0.5 * (low + high);
-    if misfit(fine) <= misfit(best) {
-        fine
-    } else {
-        best
+
+    /// Sum of squares over every `skip`th sample; infinite where the model does not reach.
+    fn misfit(&self, motion: &ModelMotion, shift: f64, skip: usize) -> f64 {
+        let pairs = self.time.iter().zip(self.measured).step_by(skip);
+        let sum: f64 = pairs.map(|(t, m)| (motion.at(t + shift) - m).powi(2)).sum();
+        if sum.is_nan() { f64::INFINITY } else { sum }
     }
 }
 
@@ -106,13 +140,15 @@ impl ModelMotion<'_> {
         self.values[i] + (at - i as f64) * (self.values[i + 1] - self.values[i])
     }
 
-    fn misfit(&self, time: &[f64], measured: &[f64], shift: f64) -> f64 {
-        let sum: f64 = time
-            .iter()
-            .zip(measured)
-            .map(|(t, m)| (self.at(t + shift) - m).powi(2))
-            .sum();
-        if sum.is_nan() { f64::INFINITY } else { sum }
+    /// Smallest and largest shift that keep every time of the record inside the model.
+    fn shifts_covering(&self, time: &[f64]) -> (f64, f64) {
+        let end = self.start + (self.values.len() - 1) as f64 * self.interval;
+        // A hundredth of a sample keeps rounding from leaving the model.
+        let margin = 0.01 * self.interval;
+        (
+            self.start - time[0] + margin,
+            end - time[time.len() - 1] - margin,
+        )
     }
 }
 
@@ -121,23 +157,63 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
+    fn wave(t: f64) -> f64 {
+        (TAU * t).sin() + 0.3 * (2.0 * TAU * t).cos()
+    }
+
+    fn record() -> Vec<f64> {
+        (0..6000).map(|i| f64::from(i) * 1e-4).collect()
+    }
+
+    fn motion(values: &[f64]) -> ModelMotion<'_> {
+        ModelMotion {
+            start: -0.1,
+            interval: 1e-4,
+            values,
+        }
+    }
+
     #[test]
     fn val_a_motion_one_percent_slow_and_shifted_aligns_to_a_small_residual() {
-        let time: Vec<f64> = (0..6000).map(|i| f64::from(i) * 1e-4).collect();
-        let wave = |t: f64| (TAU * t).sin() + 0.3 * (2.0 * TAU * t).cos();
+        let time = record();
         let measured: Vec<f64> = time.iter().map(|t| wave(t / 0.0303 + 0.4)).collect();
         let values: Vec<f64> = (0..8000)
             .map(|i| wave((f64::from(i) * 1e-4 - 0.1) / 0.03))
             .collect();
-        let model = ModelMotion {
-            start: -0.1,
-            interval: 1e-4,
-            values: &values,
-        };
-        let found = aligned_residual(&time, &measured, &model, 0.0303);
-        assert!(found.nrmse < 0.05, "{}", found.nrmse);
-        // 1 % of the period is lost each cycle.
-        let slope = (found.shifts[15] - found.shifts[0]) / 15.0;
-        assert!((slope / -0.0003 - 1.0).abs() < 0.1, "{slope}");
+        let found = aligned_residual(&time, &measured, &[motion(&values)], 0.0303);
+        assert!(found.nrmse < 0.02, "{}", found.nrmse);
+    }
+
+    #[test]
+    fn val_a_measurement_that_jumps_between_two_motions_is_followed() {
+        let time = record();
+        let measured: Vec<f64> = time
+            .iter()
+            .map(|t| {
+                if *t < 0.3 {
+                    wave(t / 0.03)
+                } else {
+                    0.1 * wave(t / 0.03)
+                }
+            })
+            .collect();
+        let large: Vec<f64> = (0..8000)
+            .map(|i| wave(f64::from(i) * 1e-4 / 0.03))
+            .collect();
+        let small: Vec<f64> = large.iter().map(|v| 0.1 * v).collect();
+        let found = aligned_residual(&time, &measured, &[motion(&large), motion(&small)], 0.03);
+        assert!(found.nrmse < 0.02, "{}", found.nrmse);
+        assert_eq!((found.fits[0].0, found.fits[15].0), (0, 1));
+    }
+
+    #[test]
+    fn val_a_wrong_amplitude_shows_in_full() {
+        let time = record();
+        let measured: Vec<f64> = time.iter().map(|t| wave(t / 0.03)).collect();
+        let values: Vec<f64> = (0..8000)
+            .map(|i| 0.8 * wave(f64::from(i) * 1e-4 / 0.03))
+            .collect();
+        let found = aligned_residual(&time, &measured, &[motion(&values)], 0.03);
+        assert!((found.nrmse - 0.2).abs() < 1e-3, "{}", found.nrmse);
     }
 }

@@ -64,12 +64,11 @@ fn majority(flags: &[bool]) -> bool {
 /// Share of time (1) in which `sticks` is true; each sample stands for the interval that follows it.
 pub fn stick_fraction(time: &[f64], sticks: &[bool]) -> f64 {
     let total = time[time.len() - 1] - time[0];
-    let stuck: f64 = time
+    let stuck = time
         .windows(2)
         .zip(sticks)
         .filter(|(_, stick)| **stick)
-        .map(|(w, _)| w[1] - w[0])
-        .sum();
+        .fold(0.0, |sum, (w, _)| sum + w[1] - w[0]);
     stuck / total
 }
 

@@ -167,7 +167,7 @@ impl<'a> Record<'a> {
             varying: Vec::new(),
             measurement_variance: levels.noise_variance,
             displacement,
-            known_velocity: None,
+            known: None,
             start,
             start_covariance,
             converge,
@@ -207,6 +207,14 @@ impl<'a> Record<'a> {
         }
         let part = self.search_part(settings.search_samples);
         Ok(self.most_likely(part, settings.noise_std.map(|s| s * s), given))
+    }
+
+    /// The noise levels of an earlier result in scaled units.
+    pub fn scaled_levels(&self, smoothed: &Smoothed) -> Levels {
+        Levels {
+            noise_variance: smoothed.noise_std.powi(2),
+            intensity: smoothed.force_intensity * self.intensity_scale(),
+        }
     }
 
     /// Scaled intensity per intensity in SI units.

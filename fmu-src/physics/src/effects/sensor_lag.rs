@@ -42,7 +42,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     if time_constant == 0.0 {
         return Ok(None);
     }
-    context.require(0, time_constant > 0.0, "zero (off) or positive")?;
+    context.require(0, time_constant >= 1e-7, "zero (off) or at least 1e-7")?;
     Ok(Some(Box::new(SensorLag(time_constant))))
 }
 

@@ -32,7 +32,8 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
         power *= radius;
         spread += a.abs() * power;
     }
-    if shifted[0] > spread {
+    // The polynomial 0 stays; what has overflowed has no roots worth looking for.
+    if shifted[0] >= spread || !spread.is_finite() {
         return None;
     }
     if n > 1 && shifted[1].abs() > slope_spread {
@@ -111,6 +112,13 @@ mod tests {
     #[test]
     fn a_touch_is_no_crossing() {
         assert_eq!(first_below_zero(&[0.25 + 1e-12, -1.0, 1.0], 0.0, 1.0), None);
+    }
+
+    #[test]
+    fn zero_and_overflow_end_the_search() {
+        assert_eq!(first_below_zero(&[0.0; 21], 0.0, 1.0), None);
+        assert_eq!(first_below_zero(&[1.0, f64::NAN, 0.0], 0.0, 1.0), None);
+        assert_eq!(first_below_zero(&[1.0, f64::INFINITY], 0.0, 1.0), None);
     }
 
     #[test]

@@ -1,0 +1,39 @@
+//! The command line.
+
+use clap::{Parser, Subcommand};
+
+use crate::command::{compare, demo, diagnose, pack, simulate};
+
+/// Exit codes, as the help shows them.
+const EXIT_CODES: &str = "Exit codes:
+  0  done
+  1  a gate failed (--fail-above)
+  2  bad input: option, campaign, CSV or FMU file
+  3  the FMU failed while running
+  4  a result could not be written";
+
+/// Compare a stick-slip beam's FMU with measurements.
+///
+/// Without a command: the demonstration.
+#[derive(Debug, Parser)]
+#[command(name = "stickslip", version, after_help = EXIT_CODES, term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run one operating point of an FMU and write its motion as CSV
+    Simulate(simulate::Arguments),
+    /// Run an FMU at every operating point of a measured campaign and show where they differ
+    Compare(compare::Arguments),
+    /// Pack the FMU and compare it with the campaign that ships in reference-data/demo
+    Demo(demo::Arguments),
+    /// Find the physical effect that the model lacks, from a measured campaign
+    Diagnose(diagnose::Arguments),
+    /// Write StickSlipBeam.fmu
+    Pack(pack::Arguments),
+}

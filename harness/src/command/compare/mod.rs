@@ -1,0 +1,129 @@
+//! `stickslip compare`: an FMU at every operating point of a measured campaign, and where they differ.
+
+mod comparison;
+mod model_motion;
+mod page;
+mod terminal;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+pub use comparison::{RunComparison, compare_run};
+
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::Campaign;
+use crate::output::{make_folder, write_file};
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder with campaign.toml and the CSV files, or the path of campaign.toml
+    #[arg(value_name = "CAMPAIGN")]
+    campaign: PathBuf,
+    /// FMU to compare [default: this repository's StickSlipBeam, packed on the spot]
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Folder for report.html and comparison.json
+    #[arg(short, long, value_name = "DIR", default_value = "comparison")]
+    output: PathBuf,
+    /// Print comparison.json instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Exit with code 1 if any run's NRMSE is above this
+    #[arg(long, value_name = "NRMSE")]
+    fail_above: Option<f64>,
+}
+
+impl Arguments {
+    /// Plain comparison, without a gate.
+    pub fn of(campaign: PathBuf, fmu: Option<PathBuf>, output: PathBuf) -> Arguments {
+        Arguments {
+            campaign,
+            fmu,
+            output,
+            json: false,
+            fail_above: None,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let limit = arguments.fail_above.map(positive).transpose()?;
+    let campaign = Campaign::load(&arguments.campaign)?;
+    // Before the work, so that a folder that cannot be made costs no time.
+    make_folder(&arguments.output)?;
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let comparisons = compare(&fmu, &campaign)?;
+
+    let json = serde_json::to_string_pretty(&Summary {
+        campaign: &campaign.name,
+        fmu: &fmu.description().model_name,
+        runs: &comparisons,
+    })
+    .expect("numbers and texts have a JSON form");
+    write_file(&arguments.output.join("comparison.json"), json.as_bytes())?;
+    let report = arguments.output.join("report.html");
+    write_file(
+        &report,
+        page::html(&fmu, &campaign, &comparisons, limit).as_bytes(),
+    )?;
+    if arguments.json {
+        println!("{json}");
+    } else {
+        print!("{}", terminal::table(&campaign, &comparisons, limit));
+        println!("Report: {}", report.display());
+    }
+    gate(&comparisons, limit)
+}
+
+/// Compares every run, worst first.
+pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Error> {
+    // Hidden by itself where standard error is no terminal.
+    let style =
+        ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid");
+    let progress = ProgressBar::new(campaign.runs.len() as u64).with_style(style);
+    let mut comparisons = Vec::new();
+    for run in &campaign.runs {
+        progress.set_message(run.name.clone());
+        comparisons.push(compare_run(fmu, &campaign.beam, run)?);
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    // A run that cannot be scored (NaN) is the worst.
+    comparisons.sort_by(|a, b| b.nrmse.total_cmp(&a.nrmse));
+    Ok(comparisons)
+}
+
+#[derive(serde::Serialize)]
+struct Summary<'a> {
+    campaign: &'a str,
+    fmu: &'a str,
+    runs: &'a [RunComparison],
+}
+
+fn gate(comparisons: &[RunComparison], limit: Option<f64>) -> Result<(), Error> {
+    match (comparisons.first(), limit) {
+        // Not `>`, so that NaN fails too.
+        (Some(worst), Some(limit)) if !(worst.nrmse <= limit) => Err(Error::GateFailed {
+            run: worst.name.clone(),
+            value: worst.nrmse,
+            limit,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn positive(limit: f64) -> Result<f64, Error> {
+    if limit > 0.0 {
+        return Ok(limit);
+    }
+    Err(Error::Option {
+        option: "--fail-above",
+        value: limit.to_string(),
+        rule: "is not possible; give a number greater than zero, 0.1 is a good match".into(),
+    })
+}

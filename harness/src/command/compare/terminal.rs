@@ -1,0 +1,59 @@
+//! The short table for the terminal.
+
+use std::fmt::Write as _;
+
+use console::style;
+
+use super::RunComparison;
+use crate::measurement::Campaign;
+use crate::report::{number, with_unit};
+
+/// One line per run, worst first; colour only where standard output is a terminal.
+pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f64>) -> String {
+    let mut text = format!(
+        "Campaign '{}', {} runs, worst first (model | measured):\n\n",
+        campaign.name,
+        comparisons.len()
+    );
+    let header = format!(
+        "{:<10} {:>9} {:>7}  {:>7} {:>7}  {:>19}  {:>17}  {:>13}",
+        "run", "belt", "force", "NRMSE", "noise", "period", "amplitude", "stick share"
+    );
+    let _ = writeln!(text, "{}", style(header).bold());
+    for run in comparisons {
+        let score = format!("{:>7}", number(run.nrmse, 3));
+        let score = match limit {
+            Some(limit) if run.nrmse <= limit => style(score).green(),
+            Some(_) => style(score).red(),
+            None => style(score),
+        };
+        let period = |seconds: Option<f64>| seconds.map_or("none".into(), |s| with_unit(s, "s"));
+        let _ = writeln!(
+            text,
+            "{:<10} {:>9} {:>7}  {score} {:>7}  {:>19}  {:>17}  {:>13}",
+            run.name,
+            format!("{} m/s", number(run.belt_velocity_m_per_s, 3)),
+            with_unit(run.normal_force_n, "N"),
+            number(run.noise_floor, 2),
+            format!(
+                "{} | {}",
+                period(run.model.period),
+                period(run.measured.period)
+            ),
+            format!(
+                "{} | {}",
+                with_unit(run.model.amplitude, "m"),
+                with_unit(run.measured.amplitude, "m")
+            ),
+            format!(
+                "{:.2} | {:.2}",
+                run.model.stick_fraction, run.measured.stick_fraction
+            ),
+        );
+        for remark in &run.remarks {
+            let _ = writeln!(text, "{:<10} {}", "", style(remark).yellow());
+        }
+    }
+    text.push('\n');
+    text
+}

@@ -1,0 +1,27 @@
+//! The commands of `stickslip`, one file each.
+
+pub mod compare;
+pub mod demo;
+pub mod diagnose;
+pub mod operating_point;
+pub mod pack;
+pub mod repaired_model;
+pub mod simulate;
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::fmu::Fmu;
+
+/// The FMU at `path`, or without one the FMU of this repository, packed on the spot.
+pub fn open_fmu(path: Option<&Path>) -> Result<Fmu, Error> {
+    match path {
+        Some(path) => Fmu::load(path),
+        None => {
+            let folder = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
+            let path = folder.path().join(pack::FILE_NAME);
+            pack::pack(&path)?;
+            Fmu::load(&path)
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Bringing an FMU to an operating point, and recording its motion there.
+
+use crate::error::Error;
+use crate::fmu::{Fmu, Instance, Kind};
+use crate::measurement::BeamKnowledge;
+
+/// Where and from what state to run.
+#[derive(Debug, Clone, Default)]
+pub struct OperatingPoint {
+    /// Belt velocity, m/s.
+    pub belt_velocity: f64,
+    /// Normal force, N.
+    pub normal_force: f64,
+    /// Further start values, by variable name, in the variable's own unit.
+    pub settings: Vec<(String, f64)>,
+}
+
+impl OperatingPoint {
+    /// An operating point with what is known of the beam as start values.
+    ///
+    /// Names the FMU does not have are left out, so that a campaign may know more than a foreign FMU can use.
+    pub fn of_beam(
+        fmu: &Fmu,
+        beam: &BeamKnowledge,
+        belt_velocity: f64,
+        normal_force: f64,
+    ) -> OperatingPoint {
+        let modes = beam.natural_frequencies_hz.len();
+        let mut settings = Vec::new();
+        if modes > 0 {
+            settings.push(("mode_count".to_owned(), modes as f64));
+        }
+        let lists = [
+            ("frequency", &beam.natural_frequencies_hz),
+            ("damping_ratio", &beam.damping_ratios),
+            ("mass", &beam.masses_kg),
+            ("tip_value", &beam.tip_values),
+        ];
+        for (part, values) in lists {
+            settings.extend(
+                values
+                    .iter()
+                    .enumerate()
+                    .map(|(j, value)| (format!("mode[{}].{part}", j + 1), *value)),
+            );
+        }
+        settings.retain(|(name, _)| fmu.description().find(name).is_some());
+        OperatingPoint {
+            belt_velocity,
+            normal_force,
+            settings,
+        }
+    }
+
+    /// Adds a start state: the tip at `displacement` (m) with `velocity` (m/s), the beam bent as by a force at its tip.
+    ///
+    /// ```text
+    /// q_j = w [phi_j / (m_j w_j^2)] / sum_k [phi_k^2 / (m_k w_k^2)],   q_j' likewise from w'
+    /// ```
+    ///
+    /// A record gives the tip only; a stick phase, which bends the beam slowly, has nearly this shape. FMUs without modal
+    /// coordinates start as they please.
+    pub fn starting_at(mut self, fmu: &Fmu, displacement: f64, velocity: f64) -> OperatingPoint {
+        let modes = self.value(fmu, "mode_count").unwrap_or(0.0) as usize;
+        let part = |j: usize, part: &str| self.value(fmu, &format!("mode[{j}].{part}"));
+        let shape = (1..=modes).map(|j| {
+            let (tip, frequency) = (part(j, "tip_value")?, part(j, "frequency")?);
+            Some((tip, tip / (part(j, "mass")? * frequency * frequency)))
+        });
+        let shape: Vec<(f64, f64)> = shape.collect::<Option<_>>().unwrap_or_default();
+        let flexibility: f64 = shape.iter().map(|(tip, bend)| tip * bend).sum();
+        for (j, (_, bend)) in shape.into_iter().enumerate() {
+            let share = bend / flexibility;
+            self.settings
+                .push((format!("q[{}]", j + 1), displacement * share));
+            self.settings
+                .push((format!("q_dot[{}]", j + 1), velocity * share));
+        }
+        self
+    }
+
+    /// A start value: the one set here, else the FMU's own.
+    fn value(&self, fmu: &Fmu, name: &str) -> Option<f64> {
+        let set = self
+            .settings
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, value)| *value);
+        set.or_else(|| fmu.description().find(name)?.start_number())
+    }
+
+    /// Sets everything and initialises at time 0.
+    pub fn start(&self, fmu: &Fmu, instance: &mut Instance) -> Result<(), Error> {
+        for (name, value) in &self.settings {
+            instance.set_number(fmu.variable(name)?, *value)?;
+        }
+        let inputs = fmu.real_references(&["belt_velocity", "normal_force"])?;
+        instance.set_real(&inputs, &[self.belt_velocity, self.normal_force])?;
+        instance.initialize(0.0, None, None)
+    }
+}
+
+/// Values of some variables at even times.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// Times, s.
+    pub time: Vec<f64>,
+    /// One list per variable asked for, in its own unit; integers and enumerations as numbers.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Runs a started instance for `steps` communication steps of `step` (s) and records `outputs`, the start included.
+pub fn record(
+    fmu: &Fmu,
+    instance: &mut Instance,
+    outputs: &[&str],
+    step: f64,
+    steps: usize,
+) -> Result<Trajectory, Error> {
+    let variables = outputs
+        .iter()
+        .map(|name| fmu.variable(name))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut trajectory = Trajectory {
+        time: Vec::with_capacity(steps + 1),
+        values: vec![Vec::with_capacity(steps + 1); outputs.len()],
+    };
+    for i in 0..=steps {
+        trajectory.time.push(i as f64 * step);
+        for (variable, values) in variables.iter().zip(&mut trajectory.values) {
+            let (mut real, mut integer) = ([0.0], [0]);
+            values.push(match variable.kind {
+                Kind::Integer | Kind::Enumeration => {
+                    instance.get_integer(&[variable.reference], &mut integer)?;
+                    f64::from(integer[0])
+                }
+                Kind::Boolean => {
+                    instance.get_boolean(&[variable.reference], &mut integer)?;
+                    f64::from(integer[0])
+                }
+                Kind::Real | Kind::String => {
+                    instance.get_real(&[variable.reference], &mut real)?;
+                    real[0]
+                }
+            });
+        }
+        if i < steps {
+            // The next time is i + 1 steps, not a running sum, so that it does not drift.
+            let (now, next) = (i as f64 * step, (i + 1) as f64 * step);
+            instance.do_step(now, next - now)?;
+        }
+    }
+    Ok(trajectory)
+}

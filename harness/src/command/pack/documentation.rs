@@ -1,0 +1,40 @@
+//! The FMU's documentation/index.html, from its own variables.
+
+use crate::fmu::{Causality, ModelDescription};
+use crate::report::{Cell, Page, Table};
+
+/// The page.
+pub fn index(description: &ModelDescription) -> String {
+    let mut page = Page::new("StickSlipBeam", "A friction-driven stick-slip beam as an FMI 2.0 co-simulation FMU.")
+        .paragraph(
+            "A cantilever whose tip rubs on a moving belt, in modal coordinates: \
+             q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j(1) F / m_j, tip displacement w = sum of phi_j(1) q_j. \
+             F is the friction force on the tip, positive along the belt's motion: in slip it follows the friction law, \
+             in stick it is the force that keeps the tip on the belt. Transitions between stick and slip are located \
+             inside a communication step, so results do not depend on the step.",
+        )
+        .paragraph("After M. Stelter, Nonlinear vibrations of structures induced by dry friction, Nonlinear Dynamics 3 (1992) 329-345.");
+    let groups = [
+        ("Inputs", Causality::Input),
+        ("Outputs", Causality::Output),
+        ("Parameters", Causality::Parameter),
+        ("Local variables", Causality::Local),
+    ];
+    for (title, causality) in groups {
+        let mut table = Table::new(&["name", "unit", "start", "meaning"]);
+        for variable in description
+            .variables
+            .iter()
+            .filter(|v| v.causality == causality)
+        {
+            table = table.row(vec![
+                Cell::Text(variable.name.clone()),
+                Cell::Text(variable.unit.clone().unwrap_or_default()),
+                Cell::Number(variable.start.clone().unwrap_or_default()),
+                Cell::Text(variable.description.clone()),
+            ]);
+        }
+        page = page.section(title).table(&table);
+    }
+    page.html()
+}

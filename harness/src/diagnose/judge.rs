@@ -1,0 +1,143 @@
+//! How well a fitted hypothesis predicts: on the runs it was fitted to and on those kept out.
+//!
+//! On a run kept out the common knobs stay as fitted. What each run has of its own (friction level,
+//! offset, phases, profile) is estimated on every second shot of the run and judged on the others; start
+//! states are estimated on the shot itself. Where no run can be kept out, the same is done with every
+//! second shot of the runs there are.
+
+use super::fit::{Data, Effort, Fit, Fitter};
+use super::knob::Scale;
+use super::predictor::{Point, Predictor};
+use super::search::{STRIDE, Trial};
+use super::session::Session;
+use super::shot::Shot;
+use crate::error::Error;
+
+/// Errors of prediction.
+#[derive(Debug, Clone)]
+pub struct Judgement {
+    /// Root mean square error over the standard deviation of the displacement.
+    pub nrmse: f64,
+    /// The same for each run (NaN for runs not judged).
+    pub by_run: Vec<f64>,
+    /// Mean square error of each shot over the noise's, sorted.
+    pub ratio: Vec<f64>,
+    /// Objective without the worst fifth of the shots.
+    pub trimmed: f64,
+    /// Indices of the shots judged.
+    pub shots: Vec<usize>,
+    /// Mean square error of each of them in m^2.
+    pub mean_square: Vec<f64>,
+    /// Where the knobs stood for them.
+    pub point: Point,
+}
+
+impl Judgement {
+    /// Root of the `share`-quantile of the mean square errors, in units of the noise.
+    pub fn quantile(&self, share: f64) -> f64 {
+        match self.ratio.len() {
+            0 => f64::NAN,
+            n => self.ratio[((n - 1) as f64 * share).round() as usize].sqrt(),
+        }
+    }
+}
+
+/// Judges a fit by its residuals.
+pub fn of_fit(session: &Session, shots: &[usize], fit: &Fit) -> Judgement {
+    let count = session.campaign.runs.len();
+    let mut sum = vec![0.0; count];
+    let mut number = vec![0.0; count];
+    let mut ratio = Vec::new();
+    for (&k, m) in shots.iter().zip(&fit.mean_square) {
+        let run = session.shots[k].run;
+        // One grazing shot must not hide the rest: an error can't count for more than the motion itself.
+        sum[run] += m.min(session.spread[run].powi(2));
+        number[run] += 1.0;
+        ratio.push(m / session.noise[run].powi(2));
+    }
+    ratio.sort_by(f64::total_cmp);
+    let by_run: Vec<f64> = (0..count).map(|r| (sum[r] / number[r]).sqrt() / session.spread[r]).collect();
+    let judged: Vec<f64> = by_run.iter().copied().filter(|v| v.is_finite()).collect();
+    let nrmse = (judged.iter().map(|v| v * v).sum::<f64>() / judged.len() as f64).sqrt();
+    Judgement { nrmse, by_run, ratio, trimmed: fit.trimmed, shots: shots.to_vec(), mean_square: fit.mean_square.clone(), point: fit.point.clone() }
+}
+
+/// Shots on which a held-out judgement estimates what is a run's own, and those it judges.
+pub fn held_out_shots(session: &Session) -> (Vec<usize>, Vec<usize>) {
+    let none = !session.held_out.iter().any(|h| *h);
+    let pick = |parity: usize| -> Vec<usize> {
+        (0..session.campaign.runs.len())
+            .filter(|&run| none || session.held_out[run])
+            .flat_map(|run| {
+                let of_run: Vec<usize> = (0..session.shots.len()).filter(|&k| session.shots[k].run == run).collect();
+                of_run.into_iter().enumerate().filter(move |(i, _)| i % 2 == parity).map(|(_, k)| k).collect::<Vec<_>>()
+            })
+            .collect()
+    };
+    (pick(0), pick(1))
+}
+
+/// Judges a hypothesis on what its fit has not seen.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
+    let (learn, test) = held_out_shots(session);
+    let h = &trial.hypothesis;
+    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
+    let learn_shots: Vec<Shot> = learn.iter().map(|&k| session.shots[k].clone()).collect();
+    let mut start = Point::centre(h, &learn_shots);
+    start.shared.clone_from(&trial.fit.point.shared);
+    if !session.held_out.iter().any(|held| *held) {
+        start.own.clone_from(&trial.fit.point.own);
+    }
+    let own = Effort { iterations: 6, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: false, revive: true };
+    let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own);
+    let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
+    let mut start = Point::centre(h, &test_shots);
+    start.shared = learned.point.shared;
+    start.own = learned.point.own;
+    let data = Data { shots: &test_shots, noise: &session.noise, weight: 1.0 };
+    let states = Effort { iterations: 7, knobs: false, ..own };
+    let fit = Fitter::new(&mut predictor, h, &data, states).run(start);
+    Ok(of_fit(session, &test, &fit))
+}
+
+/// Fits what is a run's own; phases from several starts.
+fn learn_own<'a>(session: &Session, predictor: &mut Predictor<'a>, h: &'a super::hypothesis::Hypothesis, shots: &[Shot], start: Point, effort: Effort) -> Fit {
+    let data = Data { shots, noise: &session.noise, weight: 1.0 };
+    let phases: Vec<(usize, usize)> = h
+        .own
+        .iter()
+        .enumerate()
+        .flat_map(|(run, knobs)| knobs.iter().enumerate().filter(|(_, k)| k.name.ends_with(".phase")).map(move |(i, _)| (run, i)))
+        .collect();
+    if phases.is_empty() {
+        return Fitter::new(predictor, h, &data, effort).run(start);
+    }
+    debug_assert!(phases.iter().all(|&(run, i)| h.own[run][i].scale == Scale::Linear));
+    // The phase of each run is looked for on a circle of starts, all runs at once, run by run the best.
+    let quick = Effort { iterations: 2, ..effort };
+    let mut best: Vec<(f64, f64)> = vec![(f64::INFINITY, 0.0); h.own.len()];
+    for step in 0..6 {
+        let mut point = start.clone();
+        for &(run, i) in &phases {
+            point.own[run][i] = f64::from(step) * std::f64::consts::TAU / 6.0;
+        }
+        let fit = Fitter::new(predictor, h, &data, quick).run(point);
+        for &(run, i) in &phases {
+            let mut errors: Vec<f64> = shots.iter().zip(&fit.mean_square).filter(|(s, _)| s.run == run).map(|(_, m)| m.ln()).collect();
+            errors.sort_by(f64::total_cmp);
+            errors.truncate((errors.len() * 4).div_ceil(5));
+            let score: f64 = errors.iter().sum();
+            if score < best[run].0 && !errors.is_empty() {
+                best[run] = (score, fit.point.own[run][i]);
+            }
+        }
+    }
+    let mut point = start;
+    for &(run, i) in &phases {
+        point.own[run][i] = best[run].1;
+    }
+    Fitter::new(predictor, h, &data, effort).run(point)
+}

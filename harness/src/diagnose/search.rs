@@ -1,0 +1,225 @@
+//! The fit of one hypothesis from several starts, so that a poor local minimum is not taken for a verdict.
+
+use super::candidate::Role;
+use super::fit::{Data, Effort, Fit, Fitter};
+use super::hypothesis::{Choice, Hypothesis};
+use super::predictor::{Point, Predictor};
+use super::scan;
+use super::session::Session;
+use super::shot::Shot;
+use crate::error::Error;
+
+/// Every how many-th sample is used while searching.
+pub const STRIDE: usize = 2;
+/// Jacobians for a first look at a start.
+const LOOK: usize = 3;
+/// Share of each shot for a first look: a short horizon is less easily caught in a local minimum.
+const LOOK_SHARE: f64 = 0.4;
+/// Jacobians for the starts that look best.
+const CLIMB: usize = 10;
+/// Starts that are followed to the end.
+const FOLLOWED: usize = 2;
+/// Lines of a periodic effect that are tried.
+const LINES: usize = 3;
+
+/// A hypothesis and the best fit found.
+pub struct Trial {
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+    /// The fit.
+    pub fit: Fit,
+    /// Runs of the FMU that it took.
+    pub simulations: u64,
+}
+
+/// The effort of a search.
+pub fn effort(iterations: usize) -> Effort {
+    Effort { iterations, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: true, revive: true }
+}
+
+/// Ways to choose an effect: one for each value of its settings that are switches.
+pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
+    let card = &session.catalogue[effect];
+    let is_profile = card.parameters.iter().any(|p| p.role == Role::Node);
+    let switch = card.parameters.iter().position(|p| p.role == Role::Setting && p.min == 0.0 && p.max == 1.0);
+    match switch {
+        Some(index) if !is_profile => (0..2).map(|v| Choice { effect, settings: vec![(index, f64::from(v))] }).collect(),
+        _ => vec![Choice { effect, settings: Vec::new() }],
+    }
+}
+
+/// Fits the reference model with `known` effects and the last of `choices` newly added.
+///
+/// `base` is the fit without the new effect, on the same shots; the search starts from it with the effect
+/// nearly off, and from the priors with the effect at practical strengths.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Trial) -> Result<Trial, Error> {
+    let hypothesis = session.hypothesis(choices)?;
+    let new = choices.last().expect("a search adds an effect").effect;
+    let data = Data { shots, noise: &session.noise, weight: 1.0 };
+    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &hypothesis)?;
+    let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
+    let mut looks: Vec<Fit> = starts
+        .into_iter()
+        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, revive: false, ..effort(LOOK) }).run(start))
+        .collect();
+    looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
+    let mut best: Option<Fit> = None;
+    for look in looks.into_iter().take(FOLLOWED) {
+        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB)).run(look.point);
+        if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
+            best = Some(fit);
+        }
+    }
+    let fit = best.expect("there is at least one start");
+    let simulations = predictor.count;
+    Ok(Trial { hypothesis, fit, simulations })
+}
+
+/// The fit of the reference model itself.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
+    let hypothesis = session.hypothesis(&[])?;
+    let data = Data { shots, noise: &session.noise, weight: 1.0 };
+    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &hypothesis)?;
+    let start = Point::centre(&hypothesis, shots);
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(LOOK + CLIMB)).run(start);
+    let simulations = predictor.count;
+    Ok(Trial { hypothesis, fit, simulations })
+}
+
+/// A point of the larger hypothesis that agrees with a point of the smaller one.
+pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
+    let mut out = point.clone();
+    for (i, knob) in base.hypothesis.shared.iter().enumerate() {
+        if let Some(j) = hypothesis.shared_index(&knob.name) {
+            out.shared[j] = base.fit.point.shared[i];
+        }
+    }
+    for (run, knobs) in base.hypothesis.own.iter().enumerate() {
+        for (i, knob) in knobs.iter().enumerate() {
+            if let Some(j) = hypothesis.own[run].iter().position(|k| k.name == knob.name) {
+                out.own[run][j] = base.fit.point.own[run][i];
+            }
+        }
+    }
+    let modal = 2 * hypothesis.modes;
+    for (k, state) in out.states.iter_mut().enumerate() {
+        state[..modal].copy_from_slice(&base.fit.point.states[k][..modal]);
+        for (i, (reference, _)) in base.hypothesis.extra_states.iter().enumerate() {
+            if let Some(j) = hypothesis.extra_states.iter().position(|s| s.0 == *reference) {
+                state[modal + j] = base.fit.point.states[k][modal + i];
+            }
+        }
+    }
+    out.stuck.clone_from(&base.fit.point.stuck);
+    out
+}
+
+fn starts(session: &Session, h: &Hypothesis, new: usize, base: &Trial, data: &Data, predictor: &mut Predictor) -> Vec<Point> {
+    let effect = &session.catalogue[new];
+    let centre = Point::centre(h, data.shots);
+    let from_base = widen(base, h, &centre);
+    // Effects known already keep their fitted values also where all else starts from the priors.
+    let mut fresh = centre.clone();
+    for (i, knob) in h.shared.iter().enumerate() {
+        if base.hypothesis.shared_index(&knob.name).is_some() && knob.name.split_once('.').is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id)) {
+            fresh.shared[i] = from_base.shared[i];
+        }
+    }
+    fresh.own.clone_from(&from_base.own);
+    let index = |name: &str| h.shared_index(&format!("{}.{name}", effect.id));
+    let with = |point: &Point, values: &[(usize, f64)]| {
+        let mut p = point.clone();
+        for &(i, v) in values {
+            p.shared[i] = h.shared[i].clamp(h.shared[i].position(v));
+        }
+        p
+    };
+    if effect.find_role(Role::Phase).is_some() {
+        return periodic_starts(h, effect, data, predictor, &from_base, &fresh);
+    }
+    let amplitude = effect.find_role(Role::Amplitude);
+    let shapes: Vec<usize> = (0..effect.parameters.len()).filter(|&i| effect.parameters[i].role == Role::Shape).collect();
+    let mut out = Vec::new();
+    let grid = shape_grid(session, new, &shapes);
+    let strengths: Vec<f64> = match amplitude {
+        None => vec![f64::NAN],
+        Some(a) if effect.parameters[a].min < 0.0 => vec![effect.parameters[a].typical, -effect.parameters[a].typical],
+        Some(a) => vec![effect.parameters[a].typical],
+    };
+    for shape in &grid {
+        for &strength in &strengths {
+            let mut values: Vec<(usize, f64)> = shapes.iter().zip(shape).filter_map(|(&i, v)| Some((index(&effect.parameters[i].name)?, *v))).collect();
+            if let (Some(a), true) = (amplitude, strength.is_finite()) {
+                let Some(i) = index(&effect.parameters[a].name) else { continue };
+                values.push((i, strength));
+                out.push(with(&fresh, &values));
+                // From the calibrated model, with the effect barely on.
+                values.pop();
+                values.push((i, 0.02 * strength));
+                out.push(with(&from_base, &values));
+            } else {
+                out.push(with(&fresh, &values));
+            }
+        }
+    }
+    if out.is_empty() {
+        out.push(from_base);
+    }
+    out
+}
+
+/// Points of the shape parameters to start from: the typical one, and others spread over the plausible range.
+fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64>> {
+    let parameters = &session.catalogue[effect].parameters;
+    let typical: Vec<f64> = shapes.iter().map(|&i| parameters[i].typical).collect();
+    let mut grid = vec![typical.clone()];
+    let factors: &[f64] = match shapes.len() {
+        0 => &[],
+        1 => &[0.12, 0.35, 3.0, 9.0],
+        _ => &[0.3, 3.0],
+    };
+    for (axis, &i) in shapes.iter().enumerate() {
+        // A frequency is known to tens of percent, but must be met closely; the other shapes to a factor.
+        let near = [0.82, 0.87, 0.91, 0.95, 1.05, 1.1, 1.15, 1.21];
+        let factors = if parameters[i].unit == "Hz" { &near[..] } else { factors };
+        for factor in factors {
+            let value = typical[axis] * factor;
+            if value >= parameters[i].min && value <= parameters[i].max {
+                let mut point = typical.clone();
+                point[axis] = value;
+                grid.push(point);
+            }
+        }
+    }
+    grid
+}
+
+fn periodic_starts(h: &Hypothesis, effect: &super::candidate::Candidate, data: &Data, predictor: &mut Predictor, from_base: &Point, fresh: &Point) -> Vec<Point> {
+    let mut out = Vec::new();
+    let name = |role: Role| effect.find_role(role).map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
+    let (Some(a), Some(f), Some(p)) = (name(Role::Amplitude), name(Role::Shape), name(Role::Phase)) else { return vec![from_base.clone()] };
+    let (Some(a), Some(f)) = (h.shared_index(&a), h.shared_index(&f)) else { return vec![from_base.clone()] };
+    for line in scan::lines(predictor, h, effect, data, from_base, STRIDE, LINES) {
+        for origin in [from_base, fresh] {
+            let mut point = origin.clone();
+            point.shared[a] = h.shared[a].clamp(line.amplitude);
+            point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));
+            for (run, knobs) in h.own.iter().enumerate() {
+                if let Some(i) = knobs.iter().position(|k| k.name == p) {
+                    point.own[run][i] = line.phase[run];
+                }
+            }
+            out.push(point);
+        }
+    }
+    if out.is_empty() {
+        out.push(from_base.clone());
+    }
+    out
+}

@@ -1,0 +1,161 @@
+//! What every stage of a diagnosis shares: the FMU, the campaign, its shots, and what is held out.
+
+use super::candidate::{Candidate, candidates};
+use super::hypothesis::{Choice, Hypothesis, References, structure};
+use super::shot::{Shot, Smoothing, cut, smooth_run};
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::{Campaign, Role};
+
+/// Shortest horizon of a prediction in s.
+pub const HORIZON: f64 = 0.02;
+
+/// A diagnosis in progress.
+pub struct Session<'a> {
+    /// The model.
+    pub fmu: &'a Fmu,
+    /// The measurements.
+    pub campaign: &'a Campaign,
+    /// Effects that the model offers.
+    pub catalogue: Vec<Candidate>,
+    /// Names looked up.
+    pub references: References,
+    /// Each run's motion and force, estimated without a friction law.
+    pub smoothings: Vec<Smoothing>,
+    /// All shots, run after run.
+    pub shots: Vec<Shot>,
+    /// Sensor noise of each run in m.
+    pub noise: Vec<f64>,
+    /// Standard deviation of each run's displacement in m.
+    pub spread: Vec<f64>,
+    /// Range of belt travel that each run covers, in m.
+    pub travel: Vec<(f64, f64)>,
+    /// Whether a run is kept out of the fit.
+    pub held_out: Vec<bool>,
+    /// Horizon of a prediction in s.
+    pub horizon: f64,
+}
+
+impl<'a> Session<'a> {
+    /// Smooths the runs, cuts them into shots and decides what is held out.
+    ///
+    /// # Errors
+    /// A campaign that the observer refuses, or an FMU without the variables needed.
+    pub fn new(fmu: &'a Fmu, campaign: &'a Campaign) -> Result<Self, Error> {
+        let structure = structure(fmu, &campaign.beam)?;
+        let references = References::new(fmu, structure.modes().len())?;
+        let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
+        let shortest = smoothings.iter().map(|s| s.cycle).filter(|c| c.is_finite()).fold(f64::INFINITY, f64::min);
+        let shortest = if shortest.is_finite() { shortest } else { 0.0 };
+        let lowest = structure.modes().iter().map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+        let horizon = HORIZON.max(1.6 / lowest).max(0.6 * shortest);
+        let mut shots = Vec::new();
+        for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
+            shots.extend(cut(index, run, smoothing, horizon));
+        }
+        let travel = (0..campaign.runs.len())
+            .map(|r| {
+                let of_run = || shots.iter().filter(|s| s.run == r);
+                let low = of_run().map(|s| s.travel.min(s.travel_end)).fold(f64::INFINITY, f64::min);
+                let high = of_run().map(|s| s.travel.max(s.travel_end)).fold(f64::NEG_INFINITY, f64::max);
+                if low.is_finite() { (low, high) } else { (0.0, 1.0) }
+            })
+            .collect();
+        Ok(Self {
+            catalogue: candidates(fmu)?,
+            references,
+            noise: campaign.runs.iter().map(|r| r.noise.std.max(1e-12)).collect(),
+            spread: campaign.runs.iter().map(|r| deviation(&r.displacement)).collect(),
+            held_out: hold_out(campaign),
+            smoothings,
+            shots,
+            travel,
+            horizon,
+            fmu,
+            campaign,
+        })
+    }
+
+    /// Mean standard deviation of the displacement over the runs, in m.
+    pub fn mean_spread(&self) -> f64 {
+        self.spread.iter().sum::<f64>() / self.spread.len() as f64
+    }
+
+    /// The reference model with some effects.
+    ///
+    /// # Errors
+    /// See [`Hypothesis::new`].
+    pub fn hypothesis(&self, choices: &[Choice]) -> Result<Hypothesis, Error> {
+        Hypothesis::new(self.fmu, self.campaign, &self.catalogue, choices, &self.travel, self.mean_spread())
+    }
+
+    /// Shots of the runs that are fitted; with `every` > 1, pairs of neighbours taken evenly.
+    pub fn fit_shots(&self, every: usize) -> Vec<usize> {
+        (0..self.shots.len())
+            .filter(|&k| !self.held_out[self.shots[k].run])
+            .enumerate()
+            .filter(|(i, _)| (i / 2) % every == 0)
+            .map(|(_, k)| k)
+            .collect()
+    }
+}
+
+/// Standard deviation.
+pub fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Runs kept out of every fit: those that the campaign names, else a third, from the middle of the
+/// operating points.
+fn hold_out(campaign: &Campaign) -> Vec<bool> {
+    let count = campaign.runs.len();
+    if campaign.runs.iter().any(|r| r.role.is_some()) {
+        return campaign.runs.iter().map(|r| r.role == Some(Role::Holdout)).collect();
+    }
+    let mut out = vec![false; count];
+    if count >= 3 {
+        // The points nearest the middle of the (v0, F_N) plane, so that fits need not extrapolate.
+        let centred = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let all: Vec<f64> = (0..count).map(value).collect();
+            let mean = all.iter().sum::<f64>() / count as f64;
+            let width = deviation(&all).max(1e-12);
+            all.iter().map(|v| (v - mean) / width).collect()
+        };
+        let speed = centred(&|r| campaign.runs[r].belt_velocity);
+        let force = centred(&|r| campaign.runs[r].normal_force);
+        let distance: Vec<f64> = speed.iter().zip(&force).map(|(a, b)| a.hypot(*b)).collect();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| distance[a].total_cmp(&distance[b]));
+        for &run in &order[..count / 3] {
+            out[run] = true;
+        }
+    }
+    out
+}
+
+/// Maps a slice on as many threads as there are processors; the first error wins.
+///
+/// # Errors
+/// The error of the first item that fails.
+pub fn parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Result<R, Error> + Sync) -> Result<Vec<R>, Error> {
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(items.len()).max(1);
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let slots: Vec<std::sync::Mutex<Option<Result<R, Error>>>> = items.iter().map(|_| std::sync::Mutex::new(None)).collect();
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let i = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                    let Some(item) = items.get(i) else { break };
+                    let result = work(item);
+                    *slots[i].lock().unwrap_or_else(|e| e.into_inner()) = Some(result);
+                }
+            });
+        }
+    });
+    slots
+        .into_iter()
+        .map(|slot| slot.into_inner().unwrap_or_else(|e| e.into_inner()).expect("every item was worked on"))
+        .collect()
+}
