@@ -57,8 +57,8 @@ def main():
     out += [curve(as_read, BLUE), curve(as_printed, ORANGE, "8 5"),
             f'<circle cx="{x(peak):.1f}" cy="{y(as_printed(peak)):.1f}" r="4" fill="{ORANGE}"/>',
             text(LEFT, 26, "Friction coefficient \u03bc(v), eq. (7): the same five numbers, read in two ways", extra='font-weight="bold"'),
-            text(x(0.03), y(0.55), "as read, exp(|v|/c\u2081): starts at \u03bc\u2080 = 0.66 and falls: self-sustained vibration", colour=BLUE),
-            text(x(0.08), y(0.16), f"as printed, exp(c\u2081/|v|): starts at {as_printed(1e-9):.2f}, rises up to {peak:.2f} m/s: every motion dies out", colour=ORANGE),
+            text(x(0.06), y(0.42), "as read, exp(|v|/c\u2081): starts at \u03bc\u2080 = 0.66 and falls: self-sustained vibration", colour=BLUE),
+            text(x(0.06), y(0.655), f"as printed, exp(c\u2081/|v|): starts at {as_printed(1e-9):.2f}, rises up to {peak:.2f} m/s: every motion dies out", colour=ORANGE),
             text((x(0) + x(V_MAX)) / 2, HEIGHT - 12, "relative velocity |v| in m/s", "middle"),
             text(18, (y(0) + y(MU_MAX)) / 2, "\u03bc", "middle"), "</svg>"]
     Path(__file__).with_name("friction_law.svg").write_text("\n".join(out) + "\n")
