@@ -4,16 +4,20 @@ mod rig;
 
 use rig::Rig;
 use stickslip::observer::{
-    BeltVelocity, Contact, FrictionLaw, NormalForce, StickSlip, Structure, break_away, fit_laws,
-    friction_characteristic, smooth_stick_slip,
+    BeltVelocity, Contact, FrictionLaw, LawPoints, NormalForce, StickSlip, Structure, break_away,
+    fit_laws, friction_characteristic, friction_curve, smooth_stick_slip,
 };
 
-fn found(decibel: f64) -> StickSlip {
-    let beam = Structure::cantilever(&[80.0, 510.0], &[0.00015, 0.00085], 0.427).unwrap();
+fn beam() -> Structure {
+    Structure::cantilever(&[80.0, 510.0], &[0.00015, 0.00085], 0.427).unwrap()
+}
+
+fn found(decibel: f64) -> (Vec<f64>, StickSlip) {
     let record = Rig::default_case().run(0.5, 1.0, 20e3);
     let y = rig::noisy(&record.displacement, decibel, 1);
     let belt = BeltVelocity::Constant(0.10);
-    smooth_stick_slip(&beam, 5e-5, &y, belt, &Default::default()).unwrap()
+    let found = smooth_stick_slip(&beam(), 5e-5, &y, belt, &Default::default()).unwrap();
+    (y, found)
 }
 
 fn contact(found: &StickSlip) -> Contact<'_> {
@@ -25,41 +29,56 @@ fn contact(found: &StickSlip) -> Contact<'_> {
     }
 }
 
-// Source: the friction law of the simulation (rig/), bound: item 4 of the table of figures.
+// Source: the friction law of the simulation (rig/), bound: item 4 of the table of figures (2 %
+// from 0.02 to 0.5 m/s at 60 dB); the bins hold it from 0.1 m/s, where samples are many.
 #[test]
 fn val_characteristic_is_the_law_of_the_rig() {
     let rig = Rig::default_case();
+    let beam = beam();
     for decibel in [60.0, 80.0] {
-        let found = found(decibel);
-        let bins = friction_characteristic(&contact(&found), &Default::default()).unwrap();
-        let mut worst: f64 = 0.0;
-        for bin in &bins {
-            let speed = bin.relative_velocity.abs();
-            let error = bin.mu / rig.mu(speed) - 1.0;
-            println!(
-                "{:.4} m/s: {:.4} +- {:.4} (std {:.4}, {} in {} phases), error {:+.2} %",
-                bin.relative_velocity,
-                bin.mu,
-                bin.mu_error,
-                bin.mu_std,
-                bin.count,
-                bin.phases,
-                100.0 * error
+        let (y, found) = found(decibel);
+        let contact = contact(&found);
+        let bins = friction_characteristic(&contact, &Default::default()).unwrap();
+        for bin in bins
+            .iter()
+            .filter(|b| (0.1..0.5).contains(&b.relative_velocity.abs()))
+        {
+            let error = bin.mu / rig.mu(bin.relative_velocity.abs()) - 1.0;
+            assert!(
+                error.abs() < 0.02,
+                "{decibel} dB, {}: {error}",
+                bin.relative_velocity
             );
-            if (0.02..0.5).contains(&speed) {
-                worst = worst.max(error.abs());
-            }
         }
-        println!("{decibel} dB: worst {:.2} %", 100.0 * worst);
+        let belt = BeltVelocity::Constant(0.10);
+        let curve = friction_curve(&beam, &y, belt, &contact, &found, &Default::default()).unwrap();
+        let worst = (0..200)
+            .map(|i| 0.02 * 25_f64.powf(f64::from(i) / 199.0))
+            .map(|v| (curve.at(v) / rig.mu(v) - 1.0).abs())
+            .fold(0.0, f64::max);
+        println!(
+            "{decibel} dB: worst {:.2} %, misfit {:.3}",
+            100.0 * worst,
+            curve.misfit
+        );
         assert!(worst < 0.02, "{decibel} dB: {worst}");
-        assert!(bins.iter().any(|b| b.relative_velocity.abs() > 0.45));
+        assert!((curve.misfit - 1.0).abs() < 0.05);
+        let truths = curve.speed.iter().map(|v| rig.mu(*v));
+        let inside = truths
+            .zip(curve.mu.iter().zip(&curve.mu_std))
+            .filter(|(truth, (mu, std))| (*mu - truth).abs() < 3.0 * *std)
+            .count();
+        assert!(
+            inside >= 17,
+            "{inside} of 20 nodes within three standard deviations"
+        );
     }
 }
 
 // Source: the friction law of the simulation (rig/): mu_0 = 0.66, a1 = 0.5, v1 = 0.02 m/s.
 #[test]
 fn val_law_of_the_rig_is_found_with_its_parameters() {
-    let found = found(60.0);
+    let (y, found) = found(60.0);
     let contact = contact(&found);
     let bins = friction_characteristic(&contact, &Default::default()).unwrap();
     let dwell = break_away(&contact).unwrap();
@@ -73,7 +92,11 @@ fn val_law_of_the_rig_is_found_with_its_parameters() {
     );
     assert!((dwell.mu_mean / 0.66 - 1.0).abs() < 0.02);
     let error = dwell.mu_std / (dwell.events.len() as f64).sqrt();
-    let fits = fit_laws(&bins, Some((dwell.mu_mean, error))).unwrap();
+    let rough = fit_laws(&LawPoints::from_bins(&bins, Some((dwell.mu_mean, error)))).unwrap();
+    assert_eq!(rough.len(), 4);
+    let belt = BeltVelocity::Constant(0.10);
+    let curve = friction_curve(&beam(), &y, belt, &contact, &found, &Default::default()).unwrap();
+    let fits = fit_laws(&LawPoints::from_curve(&curve)).unwrap();
     for fit in &fits {
         println!(
             "{}: residual {:.4}, criterion {:.1}",

@@ -26,6 +26,8 @@ pub struct Effort {
     pub knobs: bool,
     /// Whether the shared knobs move.
     pub shared: bool,
+    /// Whether shots that start in the wrong basin get other starts.
+    pub revive: bool,
 }
 
 /// What a fit found.
@@ -331,7 +333,8 @@ impl<'a, 'b> Fitter<'a, 'b> {
         };
         let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
         sorted.sort_by(f64::total_cmp);
-        let limit = 16.0 * sorted[sorted.len() * 2 / 5].max(1.0);
+        // At most the worst third, and only those far above the better half.
+        let limit = (16.0 * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
         for k in 0..sums.len() {
             if ratio(self, k, sums[k]) < limit {
                 continue;
@@ -352,7 +355,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             for start in starts {
                 point.states[k] = start.state;
                 point.stuck[k] = start.stuck;
-                let sum = self.fit_start(k, point, 5);
+                let sum = self.fit_start(k, point, 4);
                 if sum < best.0 {
                     best = (sum, point.start(k));
                 }
@@ -373,7 +376,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut damping = 1e-3;
         let mut covariance = None;
         for iteration in 0..self.effort.iterations {
-            if iteration >= 2 && iteration % 4 == 2 {
+            if self.effort.revive && (iteration == 2 || iteration == 6) {
                 self.revive(&mut point, &mut sums);
                 objective = self.total(&point, &sums);
             }

@@ -91,7 +91,7 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
     if !session.held_out.iter().any(|held| *held) {
         start.own.clone_from(&trial.fit.point.own);
     }
-    let own = Effort { iterations: 6, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: false };
+    let own = Effort { iterations: 6, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: false, revive: true };
     let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own);
     let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &test_shots);

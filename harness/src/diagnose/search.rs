@@ -28,11 +28,13 @@ pub struct Trial {
     pub hypothesis: Hypothesis,
     /// The fit.
     pub fit: Fit,
+    /// Runs of the FMU that it took.
+    pub simulations: u64,
 }
 
 /// The effort of a search.
 pub fn effort(iterations: usize) -> Effort {
-    Effort { iterations, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: true }
+    Effort { iterations, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: true, revive: true }
 }
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
@@ -61,7 +63,7 @@ pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Tria
     let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
     let mut looks: Vec<Fit> = starts
         .into_iter()
-        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, ..effort(LOOK) }).run(start))
+        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, revive: false, ..effort(LOOK) }).run(start))
         .collect();
     looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
     let mut best: Option<Fit> = None;
@@ -72,7 +74,8 @@ pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Tria
         }
     }
     let fit = best.expect("there is at least one start");
-    Ok(Trial { hypothesis, fit })
+    let simulations = predictor.count;
+    Ok(Trial { hypothesis, fit, simulations })
 }
 
 /// The fit of the reference model itself.
@@ -85,7 +88,8 @@ pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
     let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &hypothesis)?;
     let start = Point::centre(&hypothesis, shots);
     let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(LOOK + CLIMB)).run(start);
-    Ok(Trial { hypothesis, fit })
+    let simulations = predictor.count;
+    Ok(Trial { hypothesis, fit, simulations })
 }
 
 /// A point of the larger hypothesis that agrees with a point of the smaller one.

@@ -1,6 +1,6 @@
 //! Tests: the recursions against one dense Gaussian regression over the whole record.
 
-use super::kernel::{self, Problem, VaryingNoise};
+use super::kernel::{self, Known, Problem, VaryingNoise};
 use super::structure::{DiscreteModel, ForceModel, Structure};
 use nalgebra::{DMatrix, DVector};
 
@@ -11,7 +11,7 @@ struct Case {
     noise: DMatrix<f64>,
     level: Vec<f64>,
     displacement: Vec<f64>,
-    velocity: Vec<f64>,
+    known: Vec<Known>,
     start: DVector<f64>,
     start_covariance: DMatrix<f64>,
 }
@@ -31,13 +31,16 @@ fn case(force_model: ForceModel, gaps: bool, varying: bool, held: bool) -> Case 
             }
         })
         .collect();
-    let velocity = (0..N)
-        .map(|k| {
-            if held && (30..70).contains(&k) {
-                500.0
-            } else {
-                f64::NAN
-            }
+    let known = (0..N)
+        .map(|k| match k {
+            30..70 if held => Known::velocity(500.0, 1e3),
+            80..90 if held => Known {
+                velocity: 1.0,
+                force: 200.0,
+                value: 400.0,
+                variance: 2e3,
+            },
+            _ => Known::NOTHING,
         })
         .collect();
     let level = (0..N)
@@ -53,7 +56,7 @@ fn case(force_model: ForceModel, gaps: bool, varying: bool, held: bool) -> Case 
         noise: &model.noise[last] * intensity,
         level,
         displacement,
-        velocity,
+        known,
         start: DVector::from_element(size, 0.1),
         start_covariance: DMatrix::identity(size, size),
         model,
@@ -64,7 +67,7 @@ fn case(force_model: ForceModel, gaps: bool, varying: bool, held: bool) -> Case 
 ///
 /// Cov(z_i, z_j) = A^(i-j) P_j for i >= j; measurements are rows of z plus noise, so the posterior
 /// is one dense regression (Rasmussen and Williams 2006, eq. 2.19); its likelihood, eq. 2.30.
-fn dense(case: &Case, r: f64, held_r: f64) -> (DVector<f64>, Vec<[f64; 3]>, f64) {
+fn dense(case: &Case, r: f64) -> (DVector<f64>, Vec<[f64; 3]>, f64) {
     let a = &case.model.transition;
     let size = case.start.len();
     let mut cov = DMatrix::zeros(N * size, N * size);
@@ -84,13 +87,19 @@ fn dense(case: &Case, r: f64, held_r: f64) -> (DVector<f64>, Vec<[f64; 3]>, f64)
         p = a * p * a.transpose() + &case.noise + extra;
         m = a * m;
     }
+    let row_of = |known: &Known| {
+        let mut row = &case.model.velocity * known.velocity;
+        row[case.model.force_index] += known.force;
+        row
+    };
     let mut rows = Vec::new();
     for k in 0..N {
         if !case.displacement[k].is_nan() {
-            rows.push((k, &case.model.output, case.displacement[k], r));
+            rows.push((k, case.model.output.clone(), case.displacement[k], r));
         }
-        if !case.velocity[k].is_nan() {
-            rows.push((k, &case.model.velocity, case.velocity[k], held_r));
+        let known = &case.known[k];
+        if known.is_something() {
+            rows.push((k, row_of(known), known.value, known.variance));
         }
     }
     let mut h = DMatrix::zeros(rows.len(), N * size);
@@ -123,8 +132,8 @@ fn dense(case: &Case, r: f64, held_r: f64) -> (DVector<f64>, Vec<[f64; 3]>, f64)
 
 fn compare(force_model: ForceModel, gaps: bool, varying: bool, held: bool, converge: bool) {
     let case = case(force_model, gaps, varying, held);
-    let (r, held_r) = (0.01, 1e3);
-    let (states, variances, deviance) = dense(&case, r, held_r);
+    let r = 0.01;
+    let (states, variances, deviance) = dense(&case, r);
     let problem = Problem {
         model: &case.model,
         noise: case.noise.clone(),
@@ -138,7 +147,7 @@ fn compare(force_model: ForceModel, gaps: bool, varying: bool, held: bool, conve
         },
         measurement_variance: r,
         displacement: &case.displacement,
-        known_velocity: held.then_some((&case.velocity[..], held_r)),
+        known: held.then_some(&case.known[..]),
         start: case.start.clone(),
         start_covariance: case.start_covariance.clone(),
         converge,

@@ -26,6 +26,41 @@ pub(super) struct VaryingNoise<'a> {
     pub level: &'a [f64],
 }
 
+/// Something known besides the displacement at one sample:
+/// `velocity w' + force F x_s = value`, with a variance; nothing if `value` is NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Known {
+    /// Factor on the tip velocity (m/s).
+    pub velocity: f64,
+    /// Factor on the scaled force state (m).
+    pub force: f64,
+    pub value: f64,
+    pub variance: f64,
+}
+
+impl Known {
+    pub const NOTHING: Known = Known {
+        velocity: 0.0,
+        force: 0.0,
+        value: f64::NAN,
+        variance: 1.0,
+    };
+
+    /// Tip velocity in m/s with its variance.
+    pub fn velocity(value: f64, variance: f64) -> Known {
+        Known {
+            velocity: 1.0,
+            force: 0.0,
+            value,
+            variance,
+        }
+    }
+
+    pub fn is_something(&self) -> bool {
+        !self.value.is_nan()
+    }
+}
+
 /// One filtering or smoothing task.
 pub(super) struct Problem<'a> {
     pub model: &'a DiscreteModel,
@@ -37,8 +72,8 @@ pub(super) struct Problem<'a> {
     pub measurement_variance: f64,
     /// Displacement in m; NaN where missing.
     pub displacement: &'a [f64],
-    /// Known tip velocity in m/s (NaN where not known) and its variance in m^2/s^2.
-    pub known_velocity: Option<(&'a [f64], f64)>,
+    /// What else is known, sample by sample.
+    pub known: Option<&'a [Known]>,
     pub start: DVector<f64>,
     pub start_covariance: DMatrix<f64>,
     /// Use the converged gain where the sample pattern is uniform.
@@ -65,7 +100,7 @@ pub(super) struct Solution {
     /// Innovation over its standard deviation; NaN where no sample.
     pub innovation: Vec<f64>,
     pub likelihood: Likelihood,
-    /// Sum of squared normalised innovations of the known velocity, and their number.
+    /// Sum of squared normalised innovations of what else was known, and their number.
     pub held: (f64, f64),
     /// Second moment of the increment of each force state per interval, if asked for.
     pub increments: Vec<Vec<f64>>,
@@ -101,7 +136,7 @@ impl Solution {
         self.held.1 += part.held.1;
     }
 
-    /// Root mean square of the normalised innovations of the known velocity; 0 if there was none.
+    /// Root mean square of the normalised innovations of what else was known; 0 if there was none.
     pub fn held_misfit(&self) -> f64 {
         (self.held.0 / self.held.1.max(1.0)).sqrt()
     }
@@ -147,7 +182,7 @@ struct Gain<const N: usize> {
     gain: Vector<N>,
     /// Innovation variance; infinite where there is no sample.
     variance: f64,
-    /// The same for the known velocity, applied after the displacement.
+    /// The same for what else is known, applied after the displacement.
     held_gain: Vector<N>,
     held_variance: f64,
 }
@@ -159,9 +194,9 @@ struct Fixed<'a, const N: usize> {
     noise: Matrix<N>,
     varying: Vec<(Matrix<N>, &'a [f64])>,
     r: f64,
-    held_r: f64,
+    force_index: usize,
     displacement: &'a [f64],
-    held: Option<&'a [f64]>,
+    known: Option<&'a [Known]>,
     start: Vector<N>,
     start_covariance: Matrix<N>,
     converge: bool,
@@ -180,17 +215,26 @@ impl<'a, const N: usize> Fixed<'a, N> {
                 .map(|v| (matrix(v.unit), v.level))
                 .collect(),
             r: problem.measurement_variance,
-            held_r: problem.known_velocity.map_or(1.0, |(_, variance)| variance),
+            force_index: problem.model.force_index,
             displacement: problem.displacement,
-            held: problem.known_velocity.map(|(values, _)| values),
+            known: problem.known,
             start: vector(&problem.start),
             start_covariance: matrix(&problem.start_covariance),
             converge: problem.converge && problem.varying.is_empty(),
         }
     }
 
-    fn held_value(&self, k: usize) -> f64 {
-        self.held.map_or(f64::NAN, |values| values[k])
+    fn known_at(&self, k: usize) -> Option<&Known> {
+        self.known
+            .map(|known| &known[k])
+            .filter(|k| k.is_something())
+    }
+
+    /// The row of something known over the states.
+    fn row(&self, known: &Known) -> Vector<N> {
+        let mut row = self.velocity.map(|v| v * known.velocity);
+        row[self.force_index] += known.force;
+        row
     }
 
     /// Process noise covariance of interval `k` to `k + 1`.
@@ -202,7 +246,12 @@ impl<'a, const N: usize> Fixed<'a, N> {
         q
     }
 
-    fn gain(&self, covariance: &Matrix<N>, seen: bool, held: bool) -> (Gain<N>, Matrix<N>) {
+    fn gain(
+        &self,
+        covariance: &Matrix<N>,
+        seen: bool,
+        known: Option<&Known>,
+    ) -> (Gain<N>, Matrix<N>) {
         let mut p = *covariance;
         let mut out = Gain {
             covariance: *covariance,
@@ -214,8 +263,8 @@ impl<'a, const N: usize> Fixed<'a, N> {
         if seen {
             (out.gain, out.variance) = measure(&mut p, &self.c, self.r);
         }
-        if held {
-            (out.held_gain, out.held_variance) = measure(&mut p, &self.velocity, self.held_r);
+        if let Some(known) = known {
+            (out.held_gain, out.held_variance) = measure(&mut p, &self.row(known), known.variance);
         }
         (out, p)
     }
@@ -227,20 +276,19 @@ impl<'a, const N: usize> Fixed<'a, N> {
         let mut number = 0_u32;
         let mut steady: Option<Gain<N>> = None;
         for (k, &y) in self.displacement.iter().enumerate() {
-            let velocity = self.held_value(k);
-            let (seen, held) = (!y.is_nan(), !velocity.is_nan());
+            let (seen, known) = (!y.is_nan(), self.known_at(k));
             let gain = match steady {
-                Some(gain) if seen && !held => gain,
+                Some(gain) if seen && known.is_none() => gain,
                 _ => {
                     steady = None;
                     number += u32::from(k > 0);
-                    let (gain, filtered) = self.gain(&p, seen, held);
+                    let (gain, filtered) = self.gain(&p, seen, known);
                     let mut next = congruence(&self.a, &filtered);
                     add_scaled(&mut next, &self.noise, 1.0);
                     for (unit, level) in &self.varying {
                         add_scaled(&mut next, unit, level[k]);
                     }
-                    if self.converge && seen && !held && close(&p, &next) {
+                    if self.converge && seen && known.is_none() && close(&p, &next) {
                         steady = Some(gain);
                     } else {
                         p = next;
@@ -252,8 +300,8 @@ impl<'a, const N: usize> Fixed<'a, N> {
             let mut filtered = x;
             axpy(&mut filtered, e, &gain.gain);
             let mut e_held = 0.0;
-            if held {
-                e_held = velocity - dot(&self.velocity, &filtered);
+            if let Some(known) = known {
+                e_held = known.value - dot(&self.row(known), &filtered);
                 axpy(&mut filtered, e_held, &gain.held_gain);
             }
             visit(k, &x, number, &gain, e, e_held);
@@ -277,10 +325,11 @@ impl<'a, const N: usize> Fixed<'a, N> {
         for k in (0..n).rev() {
             let number = forward.number[k];
             let gain = &forward.gains[number as usize];
-            if gain.held_variance.is_finite() {
+            let held = self.known_at(k).map(|known| self.row(known));
+            if let Some(row) = &held {
                 let e = forward.held_innovation[k];
                 let t = e / gain.held_variance - dot(&gain.held_gain, &lambda);
-                axpy(&mut lambda, t, &self.velocity);
+                axpy(&mut lambda, t, row);
             }
             if gain.variance.is_finite() {
                 let t = forward.innovation[k] / gain.variance - dot(&gain.gain, &lambda);
@@ -296,13 +345,8 @@ impl<'a, const N: usize> Fixed<'a, N> {
             if steady != Some(number) {
                 steady = None;
                 seen = information;
-                if gain.held_variance.is_finite() {
-                    absorb(
-                        &mut seen,
-                        &self.velocity,
-                        &gain.held_gain,
-                        gain.held_variance,
-                    );
+                if let Some(row) = &held {
+                    absorb(&mut seen, row, &gain.held_gain, gain.held_variance);
                 }
                 if gain.variance.is_finite() {
                     absorb(&mut seen, &self.c, &gain.gain, gain.variance);
@@ -375,7 +419,7 @@ fn run<const N: usize>(problem: &Problem, task: Task) -> Solution {
         add(gain, e);
         forward.states.push(*x);
         forward.innovation.push(e);
-        if fixed.held.is_some() {
+        if fixed.known.is_some() {
             forward.held_innovation.push(e_held);
             if gain.held_variance.is_finite() {
                 solution.held.0 += e_held * e_held / gain.held_variance;

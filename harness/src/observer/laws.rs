@@ -1,6 +1,7 @@
 //! Friction laws fitted to a measured characteristic.
 
 use super::characteristic::Bin;
+use super::curve::FrictionCurve;
 use super::dwell::student;
 use super::error::ObserverError;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -170,59 +171,77 @@ pub struct FittedParameter {
 pub struct LawFit {
     /// The law with its fitted parameters.
     pub law: FrictionLaw,
-    /// The parameters with intervals (none for the table; its points carry the bins' errors).
+    /// The parameters with intervals (none for the table; its points carry their errors).
     pub parameters: Vec<FittedParameter>,
-    /// Root mean square deviation of the bins from the law (1), weighted by samples.
+    /// Root mean square deviation of the points from the law (1), weighted by samples.
     pub residual: f64,
-    /// Bayesian information criterion (Schwarz 1978) for the bins; smaller is better.
+    /// Bayesian information criterion (Schwarz 1978) for the points; smaller is better.
     pub criterion: f64,
 }
 
-/// The characteristic's points a law is fitted to.
-struct Points {
+/// Points of a characteristic that laws are fitted to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawPoints {
     speed: Vec<f64>,
     mu: Vec<f64>,
     error: Vec<f64>,
     weight: Vec<f64>,
+    /// Static coefficient with its standard error.
+    break_away: Option<(f64, f64)>,
+}
+
+impl LawPoints {
+    /// From the binned characteristic; `break_away` is the static coefficient with its standard
+    /// error, where stick phases gave one.
+    pub fn from_bins(bins: &[Bin], break_away: Option<(f64, f64)>) -> Self {
+        Self {
+            speed: bins.iter().map(|b| b.relative_velocity.abs()).collect(),
+            mu: bins.iter().map(|b| b.mu).collect(),
+            error: bins
+                .iter()
+                .map(|b| b.mu_error.hypot(LEAST_ERROR * b.mu))
+                .collect(),
+            weight: bins.iter().map(|b| b.count as f64).collect(),
+            break_away,
+        }
+    }
+
+    /// From the curve found by shooting; sharper at low speed.
+    pub fn from_curve(curve: &FrictionCurve) -> Self {
+        let error = |i: usize| curve.mu_std[i].hypot(LEAST_ERROR * curve.mu[i]);
+        let moving = 1..curve.mu.len();
+        Self {
+            speed: curve.speed[1..].to_vec(),
+            mu: curve.mu[1..].to_vec(),
+            error: moving.clone().map(error).collect(),
+            weight: moving.map(|i| curve.count[i] as f64 + 1.0).collect(),
+            break_away: Some((curve.mu[0], error(0))),
+        }
+    }
 }
 
 /// Share of the coefficient taken as the least error of a bin: binning and smoothing are no better.
 const LEAST_ERROR: f64 = 2e-3;
 
-/// Fits every law to the bins; `break_away` is the static coefficient with its standard error,
-/// where stick phases gave one. The best by [`LawFit::criterion`] comes first, the table last.
-pub fn fit_laws(
-    bins: &[Bin],
-    break_away: Option<(f64, f64)>,
-) -> Result<Vec<LawFit>, ObserverError> {
+/// Fits every law. The best by [`LawFit::criterion`] comes first, the table last.
+pub fn fit_laws(points: &LawPoints) -> Result<Vec<LawFit>, ObserverError> {
     let needed = 6;
-    if bins.len() < needed {
+    if points.mu.len() < needed {
         return Err(ObserverError::TooFewEvents {
             what: "friction laws",
-            found: bins.len(),
+            found: points.mu.len(),
             needed,
-            unit: "bins of relative velocity",
+            unit: "points over the relative velocity",
             action: "record a motion with a wider range of relative velocity",
         });
     }
-    let mut points = Points {
-        speed: bins.iter().map(|b| b.relative_velocity.abs()).collect(),
-        mu: bins.iter().map(|b| b.mu).collect(),
-        error: bins
-            .iter()
-            .map(|b| b.mu_error.hypot(LEAST_ERROR * b.mu))
-            .collect(),
-        weight: bins.iter().map(|b| b.count as f64).collect(),
-    };
-    let first = bins.iter().min_by(|a, b| {
-        let (a, b) = (a.relative_velocity.abs(), b.relative_velocity.abs());
-        a.total_cmp(&b)
-    });
-    let mu_first = first.map_or(0.0, |b| b.mu);
-    let (mu_static, static_error) = break_away.unwrap_or((mu_first, f64::INFINITY));
-    let coulomb = fit_coulomb(&points, mu_static, static_error);
-    let table = table(&points, break_away);
-    if let Some((mu, error)) = break_away {
+    let slowest = (0..points.mu.len()).min_by(|a, b| points.speed[*a].total_cmp(&points.speed[*b]));
+    let at_slowest = (slowest.map_or(0.0, |i| points.mu[i]), f64::INFINITY);
+    let (mu_static, static_error) = points.break_away.unwrap_or(at_slowest);
+    let coulomb = fit_coulomb(points, mu_static, static_error);
+    let table = table(points);
+    let mut points = points.clone();
+    if let Some((mu, error)) = points.break_away {
         points.speed.push(0.0);
         points.mu.push(mu);
         points.error.push(error.hypot(LEAST_ERROR * mu));
@@ -280,7 +299,7 @@ pub fn fit_laws(
     Ok(fits)
 }
 
-fn fit_coulomb(points: &Points, mu_s: f64, static_error: f64) -> LawFit {
+fn fit_coulomb(points: &LawPoints, mu_s: f64, static_error: f64) -> LawFit {
     let weights: Vec<f64> = points.error.iter().map(|e| e.powi(-2)).collect();
     let total: f64 = weights.iter().sum();
     let mu_k = points
@@ -312,12 +331,12 @@ fn fit_coulomb(points: &Points, mu_s: f64, static_error: f64) -> LawFit {
 }
 
 /// At most [`TABLE_LIMIT`] points: the static coefficient, then bins joined by samples.
-fn table(points: &Points, break_away: Option<(f64, f64)>) -> LawFit {
+fn table(points: &LawPoints) -> LawFit {
     let mut order: Vec<usize> = (0..points.mu.len()).collect();
     order.sort_by(|a, b| points.speed[*a].total_cmp(&points.speed[*b]));
     let group = order.len().div_ceil(TABLE_LIMIT - 1);
     let (mut velocity, mut coefficient) = (Vec::new(), Vec::new());
-    if let Some((mu, _)) = break_away {
+    if let Some((mu, _)) = points.break_away {
         velocity.push(0.0);
         coefficient.push(mu);
     }
@@ -345,13 +364,13 @@ fn table(points: &Points, break_away: Option<(f64, f64)>) -> LawFit {
     }
 }
 
-fn chi_squared(points: &Points, law: &FrictionLaw) -> f64 {
+fn chi_squared(points: &LawPoints, law: &FrictionLaw) -> f64 {
     (0..points.mu.len())
         .map(|i| ((points.mu[i] - law.mu(points.speed[i])) / points.error[i]).powi(2))
         .sum()
 }
 
-fn residual(points: &Points, law: &FrictionLaw) -> f64 {
+fn residual(points: &LawPoints, law: &FrictionLaw) -> f64 {
     let total: f64 = points.weight.iter().sum();
     let sum: f64 = (0..points.mu.len())
         .map(|i| points.weight[i] * (points.mu[i] - law.mu(points.speed[i])).powi(2))
@@ -359,7 +378,7 @@ fn residual(points: &Points, law: &FrictionLaw) -> f64 {
     (sum / total).sqrt()
 }
 
-fn criterion(points: &Points, law: &FrictionLaw, parameters: usize) -> f64 {
+fn criterion(points: &LawPoints, law: &FrictionLaw, parameters: usize) -> f64 {
     chi_squared(points, law) + parameters as f64 * (points.mu.len() as f64).ln()
 }
 
@@ -390,7 +409,11 @@ type Start<'a> = (&'static str, &'static str, Scale, f64);
 
 /// Weighted least squares (Levenberg 1944, Marquardt 1963), intervals from the curvature, widened
 /// where the law does not fit within the errors.
-fn fit(points: &Points, start: &[Start], build: impl Fn(&[f64]) -> FrictionLaw) -> Option<LawFit> {
+fn fit(
+    points: &LawPoints,
+    start: &[Start],
+    build: impl Fn(&[f64]) -> FrictionLaw,
+) -> Option<LawFit> {
     let inner: Vec<f64> = start
         .iter()
         .map(|(_, _, scale, v)| scale.inner(*v))
@@ -440,7 +463,7 @@ fn fit(points: &Points, start: &[Start], build: impl Fn(&[f64]) -> FrictionLaw) 
 }
 
 struct Fit<'a, B> {
-    points: &'a Points,
+    points: &'a LawPoints,
     scales: Vec<Scale>,
     at: DVector<f64>,
     build: &'a B,

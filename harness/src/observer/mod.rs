@@ -4,6 +4,7 @@
 //! A pure library on slices in SI units; it knows nothing of FMUs or files.
 
 pub mod characteristic;
+pub mod curve;
 pub mod dwell;
 mod error;
 pub mod frequencies;
@@ -14,16 +15,18 @@ pub mod laws;
 pub mod pole_observer;
 pub mod poles;
 pub mod segmentation;
+mod shooting;
 pub mod smoother;
 pub mod stick_slip;
 pub mod structure;
 pub mod whiteness;
 
 pub use characteristic::{Bin, BinSettings, Contact, NormalForce, friction_characteristic};
+pub use curve::{CurveSettings, FrictionCurve, friction_curve};
 pub use dwell::{BreakAway, DwellResult, break_away};
 pub use error::ObserverError;
 pub use frequencies::{FrequencyEstimate, estimate_frequencies};
-pub use laws::{FrictionLaw, LawFit, fit_laws};
+pub use laws::{FrictionLaw, LawFit, LawPoints, fit_laws};
 pub use pole_observer::{Observed, TimeForm, observe};
 pub use poles::PoleRule;
 pub use segmentation::{Phase, PhaseMode, SegmentSettings, segments};

@@ -167,7 +167,7 @@ impl<'a> Record<'a> {
             varying: Vec::new(),
             measurement_variance: levels.noise_variance,
             displacement,
-            known_velocity: None,
+            known: None,
             start,
             start_covariance,
             converge,

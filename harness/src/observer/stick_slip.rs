@@ -18,7 +18,7 @@
 //! so, and a larger [`StickSlipSettings::velocity_std`] or the plain smoother is right.
 
 use super::error::ObserverError;
-use super::kernel::{self, Problem, Solution, VaryingNoise};
+use super::kernel::{self, Known, Problem, Solution, VaryingNoise};
 use super::segmentation::{Phase, PhaseMode, SegmentSettings, segments};
 use super::smoother::{Levels, Record, Settings, Smoothed};
 use super::structure::{ForceModel, Structure};
@@ -184,8 +184,15 @@ pub fn smooth_stick_slip(
         } else {
             (SEARCH_MARGIN, SEARCH_MARGIN, SEARCH_ITERATIONS)
         };
-        let held = held_velocity(&phases, belt, displacement.len(), before, after);
-        let solution = learn_jumps(&record, levels, &held, velocity_std, iterations);
+        let held = held_velocity(
+            &phases,
+            belt,
+            velocity_std,
+            displacement.len(),
+            before,
+            after,
+        );
+        let solution = learn_jumps(&record, levels, &held, iterations);
         stick_misfit = solution.held_misfit();
         let white = (
             smoothed.whiteness,
@@ -222,17 +229,13 @@ pub(super) fn smooth_fixed(
         ..settings.smoother.clone()
     };
     let record = Record::new(structure, sample_interval, displacement, &plain)?;
-    let held = held_velocity(
-        phases,
-        belt,
-        displacement.len(),
-        0,
-        settings.break_away_samples,
-    );
+    let count = displacement.len();
     let velocity_std = settings
         .velocity_std
-        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(displacement.len()));
-    let solution = learn_jumps(&record, levels, &held, velocity_std, iterations);
+        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(count));
+    let after = settings.break_away_samples;
+    let held = held_velocity(phases, belt, velocity_std, count, 0, after);
+    let solution = learn_jumps(&record, levels, &held, iterations);
     Ok(record.unscale(&solution, levels))
 }
 
@@ -244,15 +247,16 @@ fn relative_velocity(velocity: &[f64], belt: BeltVelocity) -> Vec<f64> {
         .collect()
 }
 
-/// The belt's velocity in stick, NaN elsewhere and within the margins of a stick phase.
+/// The belt's velocity in stick, nothing elsewhere and within the margins of a stick phase.
 fn held_velocity(
     phases: &[Phase],
     belt: BeltVelocity,
+    velocity_std: f64,
     count: usize,
     before: usize,
     after: usize,
-) -> Vec<f64> {
-    let mut held = vec![f64::NAN; count];
+) -> Vec<Known> {
+    let mut held = vec![Known::NOTHING; count];
     for phase in phases.iter().filter(|p| p.mode == PhaseMode::Stick) {
         let first = phase.first + if phase.first > 0 { before } else { 0 };
         let past = phase.past
@@ -262,20 +266,14 @@ fn held_velocity(
                 0
             };
         for (k, held) in held.iter_mut().enumerate().take(past).skip(first) {
-            *held = belt.at(k);
+            *held = Known::velocity(belt.at(k), velocity_std * velocity_std);
         }
     }
     held
 }
 
 /// Learns the force variance of every interval outside stick and smooths with it.
-fn learn_jumps(
-    record: &Record,
-    levels: Levels,
-    held: &[f64],
-    velocity_std: f64,
-    iterations: usize,
-) -> Solution {
+fn learn_jumps(record: &Record, levels: Levels, held: &[Known], iterations: usize) -> Solution {
     let n = held.len();
     let mut out = Solution::empty(n, record.model.output.len());
     let mut first = 0;
@@ -286,7 +284,7 @@ fn learn_jumps(
             first + BLOCK
         };
         let (from, to) = (first.saturating_sub(OVERLAP), (past + OVERLAP).min(n));
-        let part = learn_block(record, levels, held, velocity_std, iterations, from..to);
+        let part = learn_block(record, levels, held, iterations, from..to);
         out.take(&part, from, first..past);
         first = past;
     }
@@ -296,8 +294,7 @@ fn learn_jumps(
 fn learn_block(
     record: &Record,
     levels: Levels,
-    held: &[f64],
-    velocity_std: f64,
+    held: &[Known],
     iterations: usize,
     range: std::ops::Range<usize>,
 ) -> Solution {
@@ -313,13 +310,13 @@ fn learn_block(
                 unit: &record.model.noise[0],
                 level,
             }],
-            known_velocity: Some((held, velocity_std * velocity_std)),
+            known: Some(held),
             ..record.problem_on(&record.displacement[range.clone()], still, false)
         };
         let solution = kernel::smooth(&problem, learn);
         if learn {
             for k in 0..held.len() - 1 {
-                if held[k].is_nan() || held[k + 1].is_nan() {
+                if !(held[k].is_something() && held[k + 1].is_something()) {
                     level[k] = (solution.increments[0][k] / record.sample_interval)
                         .max(LEAST_LEVEL * levels.intensity);
                 }

@@ -1,0 +1,147 @@
+//! What a diagnosis finds, in the form of diagnosis.json.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// One or more effects of the catalogue explain the data.
+    EffectFound,
+    /// The calibrated model explains the data already.
+    NoMissingEffect,
+    /// Significant misfit remains that no effect of the catalogue removes.
+    UnknownEffect,
+}
+
+/// A calibrated value.
+#[derive(Debug, Clone, Serialize)]
+pub struct Estimate {
+    /// Value in the unit.
+    pub value: f64,
+    /// Standard deviation in the same unit.
+    pub std: f64,
+    /// Unit symbol.
+    pub unit: String,
+    /// Whether the value lies on its bound, so that it is not to be trusted.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub at_bound: bool,
+}
+
+/// Why an effect is believed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Evidence {
+    /// Error kept out of the fit before the effect was added.
+    pub holdout_nrmse_before: f64,
+    /// The same after.
+    pub holdout_nrmse_after: f64,
+    /// Fall of the objective (natural logarithm of the likelihood) through the effect.
+    pub gain: f64,
+    /// Fall that the largest of all candidates reaches by chance in 1 of 20 campaigns without effect.
+    pub threshold: f64,
+    /// Root of the median mean square error over the noise after the effect: 1 is the floor.
+    pub floor_ratio: f64,
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, Serialize)]
+pub struct FoundEffect {
+    /// Identifier.
+    pub id: String,
+    /// Parameters common to all runs.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Values that differ from run to run, run by run.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_parameters: BTreeMap<String, Vec<f64>>,
+    /// Why it is believed.
+    pub evidence: Evidence,
+    /// Effects that these data can't tell from it.
+    pub confounded_with: Vec<String>,
+}
+
+/// One rung of the error ladder.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rung {
+    /// `as given`, `calibrated`, `+ <id>`.
+    pub step: String,
+    /// Error on the runs fitted.
+    pub fit_nrmse: f64,
+    /// Error on the runs kept out.
+    pub holdout_nrmse: f64,
+    /// Median error on the runs kept out over the noise.
+    pub holdout_over_noise: f64,
+    /// Error of each run, held-out error where it is kept out.
+    pub by_run: Vec<f64>,
+}
+
+/// A candidate's standing.
+#[derive(Debug, Clone, Serialize)]
+pub struct Standing {
+    /// Identifier (with its form, where it has several).
+    pub id: String,
+    /// Error kept out of the fit, where it was worked out.
+    pub holdout_nrmse: f64,
+    /// Gain over the model without it, less half a logarithm of the data for each parameter.
+    pub score: f64,
+    /// Median error over the noise on the runs fitted.
+    pub fit_over_noise: f64,
+    /// Found parameter values.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// Which measurement would tell more.
+#[derive(Debug, Clone, Serialize)]
+pub struct NextMeasurement {
+    /// Belt velocity.
+    pub belt_velocity_m_per_s: f64,
+    /// Normal force.
+    pub normal_force_n: f64,
+    /// Effects that it separates.
+    pub separates: Vec<String>,
+    /// Expected difference of the rivals' predictions over the noise.
+    pub separation: f64,
+}
+
+/// The whole diagnosis.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The effects in the order in which they were added.
+    pub effects: Vec<FoundEffect>,
+    /// The falling error.
+    pub error_ladder: Vec<Rung>,
+    /// Sensor noise in m.
+    pub noise_std_m: f64,
+    /// All candidates, best first.
+    pub candidates: Vec<Standing>,
+    /// Where the calibrated model fails.
+    pub residual: serde_json::Value,
+    /// What to measure next.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_measurement: Option<NextMeasurement>,
+    /// What was found and how sure it is, in plain words.
+    pub summary: String,
+    /// Remarks on the data: what can't be told, and why.
+    pub remarks: Vec<String>,
+    /// Calibrated parameters of the model.
+    pub calibrated: BTreeMap<String, Estimate>,
+    /// Friction level and sensor offset of each run.
+    pub runs: Vec<RunValues>,
+}
+
+/// What belongs to one run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunValues {
+    /// File name.
+    pub name: String,
+    /// Belt velocity in m/s.
+    pub belt_velocity_m_per_s: f64,
+    /// Normal force in N.
+    pub normal_force_n: f64,
+    /// Whether it was kept out of the fit.
+    pub held_out: bool,
+    /// Values of its own, by name.
+    pub own: BTreeMap<String, f64>,
+}
