@@ -247,7 +247,7 @@ pub enum Error {
 
     // ---- commands
     /// An option's value that cannot be used.
-    #[error("{option} {value}: {rule}")]
+    #[error("{option} {value} {rule}")]
     Option {
         /// The option.
         option: &'static str,
