@@ -10,32 +10,17 @@ fn main() {
     let shots: Vec<_> = s.fit_shots(3).iter().map(|&k| s.shots[k].clone()).collect();
     let id = &args[2];
     let e = s.catalogue.iter().position(|c| &c.id == id).unwrap();
-    let h = s
-        .hypothesis(&[Choice {
-            effect: e,
-            settings: vec![],
-        }])
-        .unwrap();
-    let data = Data {
-        shots: &shots,
-        noise: &s.noise,
-        weight: 1.0,
-    };
+    let h = s.hypothesis(&[Choice { effect: e, settings: vec![] }]).unwrap();
+    let data = Data { shots: &shots, noise: &s.noise, weight: 1.0 };
     let mut p = Predictor::new(&fmu, &s.references, &campaign.runs, &h).unwrap();
-    let i = h
-        .shared
-        .iter()
-        .position(|k| k.name.starts_with(id.as_str()))
-        .unwrap();
+    let i = h.shared.iter().position(|k| k.name.starts_with(id.as_str())).unwrap();
     for v in args[3..].iter().map(|a| a.parse::<f64>().unwrap()) {
         let mut point = Point::centre(&h, &shots);
         point.shared[i] = h.shared[i].position(v);
         for it in [1, 2, 3, 8] {
             let f = Fitter::new(&mut p, &h, &data, effort(it)).run(point.clone());
             print!("start {v:e} it {it}: trimmed {:.0} ", f.trimmed);
-            for (k, u) in h.shared.iter().zip(&f.point.shared) {
-                print!("{} {:.4e}; ", k.name, k.value(*u));
-            }
+            for (k, u) in h.shared.iter().zip(&f.point.shared) { print!("{} {:.4e}; ", k.name, k.value(*u)); }
             println!();
         }
     }

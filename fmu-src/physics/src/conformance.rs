@@ -286,16 +286,16 @@ fn absurd_values_give_a_message_or_a_motion() {
 
 #[test]
 fn effects_combine_freely() {
-    for a in 0..CATALOGUE.len() {
-        for b in 0..a {
+    for (a, card) in CATALOGUE.iter().enumerate() {
+        for (b, other) in CATALOGUE.iter().enumerate().take(a) {
             let mut both = typical(a);
             switch_on(&mut both, b);
             let moved = motion(&both, 50, 1e-8);
             assert!(
                 moved.iter().all(|w| w.abs() < 0.05),
                 "{} with {}",
-                CATALOGUE[a].id,
-                CATALOGUE[b].id
+                card.id,
+                other.id
             );
         }
     }
@@ -329,16 +329,16 @@ fn end_of(mut run: Simulation, stops: impl Iterator<Item = f64>) -> (Outputs, u6
 
 #[test]
 fn stops_and_restarts_of_the_caller_change_nothing() {
-    for card in 0..CATALOGUE.len() {
-        let new = || run(&typical(card), 1e-8);
+    for (index, card) in CATALOGUE.iter().enumerate() {
+        let new = || run(&typical(index), 1e-8);
         let straight = end_of(new(), std::iter::empty());
         let often = end_of(new(), (1..1140).map(|i| f64::from(i) * 7e-5));
-        assert_eq!(straight, often, "{}", CATALOGUE[card].id);
+        assert_eq!(straight, often, "{}", card.id);
         let mut used = new();
         used.advance_to(0.0333).unwrap();
         used.restart(inputs(), &start(), 1e-8).unwrap();
         let again = end_of(used, std::iter::empty());
-        assert_eq!(straight, again, "{}", CATALOGUE[card].id);
+        assert_eq!(straight, again, "{}", card.id);
     }
 }
 

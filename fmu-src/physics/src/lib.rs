@@ -16,5 +16,9 @@ pub mod friction;
 pub mod integrate;
 pub mod model;
 pub mod parameters;
+#[cfg(test)]
+mod plain;
+#[cfg(test)]
+mod plain_comparison;
 pub mod simulate;
 pub mod unit;

@@ -37,7 +37,7 @@ pub enum StartContact {
     Automatic,
     /// Stick where the force allows it: the velocity is projected on v_r = 0 first.
     Stick,
-    /// Slip, even if v_r is tiny.
+    /// Slip, even if v_r is tiny; where it is zero to rounding, as `Automatic`.
     Slip,
 }
 
@@ -291,12 +291,9 @@ impl Simulation {
         }
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
-        let wants_stick = match contact {
-            StartContact::Automatic => self.is_at_rest(t, &x),
-            StartContact::Stick => true,
-            StartContact::Slip => false,
-        };
-        self.front_mode = if rigid && wants_stick {
+        // At rest only the force tells whether the contact slips, and which way.
+        let rests = contact == StartContact::Stick || self.is_at_rest(t, &x);
+        self.front_mode = if rigid && rests {
             self.model.project_on_stick(t, &mut x);
             self.mode_at_rest(t, &x)
         } else {

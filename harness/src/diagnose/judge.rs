@@ -56,20 +56,10 @@ pub fn of_fit(session: &Session, shots: &[usize], fit: &Fit) -> Judgement {
         ratio.push(m / session.noise[run].powi(2));
     }
     ratio.sort_by(f64::total_cmp);
-    let by_run: Vec<f64> = (0..count)
-        .map(|r| (sum[r] / number[r]).sqrt() / session.spread[r])
-        .collect();
+    let by_run: Vec<f64> = (0..count).map(|r| (sum[r] / number[r]).sqrt() / session.spread[r]).collect();
     let judged: Vec<f64> = by_run.iter().copied().filter(|v| v.is_finite()).collect();
     let nrmse = (judged.iter().map(|v| v * v).sum::<f64>() / judged.len() as f64).sqrt();
-    Judgement {
-        nrmse,
-        by_run,
-        ratio,
-        trimmed: fit.trimmed,
-        shots: shots.to_vec(),
-        mean_square: fit.mean_square.clone(),
-        point: fit.point.clone(),
-    }
+    Judgement { nrmse, by_run, ratio, trimmed: fit.trimmed, shots: shots.to_vec(), mean_square: fit.mean_square.clone(), point: fit.point.clone() }
 }
 
 /// Shots on which a held-out judgement estimates what is a run's own, and those it judges.
@@ -79,15 +69,8 @@ pub fn held_out_shots(session: &Session) -> (Vec<usize>, Vec<usize>) {
         (0..session.campaign.runs.len())
             .filter(|&run| none || session.held_out[run])
             .flat_map(|run| {
-                let of_run: Vec<usize> = (0..session.shots.len())
-                    .filter(|&k| session.shots[k].run == run)
-                    .collect();
-                of_run
-                    .into_iter()
-                    .enumerate()
-                    .filter(move |(i, _)| i % 2 == parity)
-                    .map(|(_, k)| k)
-                    .collect::<Vec<_>>()
+                let of_run: Vec<usize> = (0..session.shots.len()).filter(|&k| session.shots[k].run == run).collect();
+                of_run.into_iter().enumerate().filter(move |(i, _)| i % 2 == parity).map(|(_, k)| k).collect::<Vec<_>>()
             })
             .collect()
     };
@@ -101,80 +84,40 @@ pub fn held_out_shots(session: &Session) -> (Vec<usize>, Vec<usize>) {
 pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
     let (learn, test) = held_out_shots(session);
     let h = &trial.hypothesis;
-    let mut predictor =
-        Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
+    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
     let learn_shots: Vec<Shot> = learn.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &learn_shots);
     start.shared.clone_from(&trial.fit.point.shared);
     if !session.held_out.iter().any(|held| *held) {
         start.own.clone_from(&trial.fit.point.own);
     }
-    let own = Effort {
-        iterations: 6,
-        stride: STRIDE,
-        share: 1.0,
-        tolerance: 1e-3,
-        knobs: true,
-        shared: false,
-    };
+    let own = Effort { iterations: 6, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: false, revive: true };
     let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own);
     let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &test_shots);
     start.shared = learned.point.shared;
     start.own = learned.point.own;
-    let data = Data {
-        shots: &test_shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
-    let states = Effort {
-        iterations: 7,
-        knobs: false,
-        ..own
-    };
+    let data = Data { shots: &test_shots, noise: &session.noise, weight: 1.0 };
+    let states = Effort { iterations: 7, knobs: false, ..own };
     let fit = Fitter::new(&mut predictor, h, &data, states).run(start);
     Ok(of_fit(session, &test, &fit))
 }
 
 /// Fits what is a run's own; phases from several starts.
-fn learn_own<'a>(
-    session: &Session,
-    predictor: &mut Predictor<'a>,
-    h: &'a super::hypothesis::Hypothesis,
-    shots: &[Shot],
-    start: Point,
-    effort: Effort,
-) -> Fit {
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
+fn learn_own<'a>(session: &Session, predictor: &mut Predictor<'a>, h: &'a super::hypothesis::Hypothesis, shots: &[Shot], start: Point, effort: Effort) -> Fit {
+    let data = Data { shots, noise: &session.noise, weight: 1.0 };
     let phases: Vec<(usize, usize)> = h
         .own
         .iter()
         .enumerate()
-        .flat_map(|(run, knobs)| {
-            knobs
-                .iter()
-                .enumerate()
-                .filter(|(_, k)| k.name.ends_with(".phase"))
-                .map(move |(i, _)| (run, i))
-        })
+        .flat_map(|(run, knobs)| knobs.iter().enumerate().filter(|(_, k)| k.name.ends_with(".phase")).map(move |(i, _)| (run, i)))
         .collect();
     if phases.is_empty() {
         return Fitter::new(predictor, h, &data, effort).run(start);
     }
-    debug_assert!(
-        phases
-            .iter()
-            .all(|&(run, i)| h.own[run][i].scale == Scale::Linear)
-    );
+    debug_assert!(phases.iter().all(|&(run, i)| h.own[run][i].scale == Scale::Linear));
     // The phase of each run is looked for on a circle of starts, all runs at once, run by run the best.
-    let quick = Effort {
-        iterations: 2,
-        ..effort
-    };
+    let quick = Effort { iterations: 2, ..effort };
     let mut best: Vec<(f64, f64)> = vec![(f64::INFINITY, 0.0); h.own.len()];
     for step in 0..6 {
         let mut point = start.clone();
@@ -183,12 +126,7 @@ fn learn_own<'a>(
         }
         let fit = Fitter::new(predictor, h, &data, quick).run(point);
         for &(run, i) in &phases {
-            let mut errors: Vec<f64> = shots
-                .iter()
-                .zip(&fit.mean_square)
-                .filter(|(s, _)| s.run == run)
-                .map(|(_, m)| m.ln())
-                .collect();
+            let mut errors: Vec<f64> = shots.iter().zip(&fit.mean_square).filter(|(s, _)| s.run == run).map(|(_, m)| m.ln()).collect();
             errors.sort_by(f64::total_cmp);
             errors.truncate((errors.len() * 4).div_ceil(5));
             let score: f64 = errors.iter().sum();
