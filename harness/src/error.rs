@@ -25,7 +25,9 @@ pub enum Error {
 
     // ---- repaired model
     /// The calibrated values do not fit this project's FMU.
-    #[error("the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete")]
+    #[error(
+        "the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete"
+    )]
     StartValues {
         /// What does not fit.
         problem: String,

@@ -59,7 +59,10 @@ pub struct BlindCase {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let truth_file = arguments.folder.join("truth.json");
     let text = std::fs::read_to_string(&truth_file).map_err(Error::read(&truth_file))?;
-    let truth: Vec<Value> = serde_json::from_str(&text).map_err(|e| Error::Truth { path: truth_file.clone(), problem: e.to_string() })?;
+    let truth: Vec<Value> = serde_json::from_str(&text).map_err(|e| Error::Truth {
+        path: truth_file.clone(),
+        problem: e.to_string(),
+    })?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new();
@@ -80,16 +83,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let case = score(&name, answer, &diagnosis, start.elapsed().as_secs_f64());
         progress.suspend(|| println!("{}", line(&case)));
         cases.push(case);
-        write_file(&arguments.output.join("blind-test.json"), serde_json::to_string_pretty(&cases).expect("plain data").as_bytes())?;
+        write_file(
+            &arguments.output.join("blind-test.json"),
+            serde_json::to_string_pretty(&cases)
+                .expect("plain data")
+                .as_bytes(),
+        )?;
     }
     progress.finish();
     print!("{}", summary(&cases));
-    println!("Details: {}", Path::new(&arguments.output).join("blind-test.json").display());
+    println!(
+        "Details: {}",
+        Path::new(&arguments.output)
+            .join("blind-test.json")
+            .display()
+    );
     Ok(())
 }
 
 fn strings(value: &Value) -> Vec<String> {
-    value.as_array().into_iter().flatten().filter_map(|v| v.as_str().map(str::to_owned)).collect()
+    value
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|v| v.as_str().map(str::to_owned))
+        .collect()
 }
 
 fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> BlindCase {
@@ -106,9 +124,15 @@ fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> Bli
     let mut parameter_errors = BTreeMap::new();
     for effect in diagnosis.effects.iter().filter(|e| hidden.contains(&e.id)) {
         for (parameter, estimate) in &effect.parameters {
-            if let Some(true_value) = answer["parameters"][&effect.id][parameter].as_f64().filter(|v| *v != 0.0) {
+            if let Some(true_value) = answer["parameters"][&effect.id][parameter]
+                .as_f64()
+                .filter(|v| *v != 0.0)
+            {
                 let difference = estimate.value - true_value;
-                parameter_errors.insert(format!("{}.{parameter}", effect.id), [difference / true_value, difference / estimate.std]);
+                parameter_errors.insert(
+                    format!("{}.{parameter}", effect.id),
+                    [difference / true_value, difference / estimate.std],
+                );
             }
         }
     }
@@ -120,7 +144,10 @@ fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> Bli
         named,
         verdict: diagnosis.verdict,
         right,
-        holdout_nrmse: [ladder[1.min(ladder.len() - 1)].holdout_nrmse, last.holdout_nrmse],
+        holdout_nrmse: [
+            ladder[1.min(ladder.len() - 1)].holdout_nrmse,
+            last.holdout_nrmse,
+        ],
         over_noise: last.holdout_over_noise,
         parameter_errors,
         seconds,
@@ -128,13 +155,30 @@ fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> Bli
 }
 
 fn line(case: &BlindCase) -> String {
-    let list = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(" + ") };
+    let list = |names: &[String]| {
+        if names.is_empty() {
+            "none".to_owned()
+        } else {
+            names.join(" + ")
+        }
+    };
     let answer = match case.verdict {
         Verdict::EffectFound => list(&case.named),
         Verdict::NoMissingEffect => "none".into(),
         Verdict::UnknownEffect => "unknown".into(),
     };
-    let errors: Vec<String> = case.parameter_errors.iter().map(|(n, e)| format!("{} {:+.1} % ({:+.1} s)", n.rsplit('.').next().unwrap_or(n), 100.0 * e[0], e[1])).collect();
+    let errors: Vec<String> = case
+        .parameter_errors
+        .iter()
+        .map(|(n, e)| {
+            format!(
+                "{} {:+.1} % ({:+.1} s)",
+                n.rsplit('.').next().unwrap_or(n),
+                100.0 * e[0],
+                e[1]
+            )
+        })
+        .collect();
     format!(
         "{} {} {} -> {answer}; held out {:.3} % -> {:.3} % ({:.2} x noise); {}; {:.0} s",
         case.campaign,
@@ -153,7 +197,9 @@ fn summary(cases: &[BlindCase]) -> String {
     for case in cases {
         let kind = match case.hidden.len() {
             0 => "nothing hidden: nothing claimed",
-            1 if case.hidden[0].starts_with("outside:") => "outside the catalogue: reported as unknown",
+            1 if case.hidden[0].starts_with("outside:") => {
+                "outside the catalogue: reported as unknown"
+            }
             1 => "one hidden effect: named",
             _ => "two hidden effects: both named",
         };
@@ -162,13 +208,25 @@ fn summary(cases: &[BlindCase]) -> String {
     let mut out = String::new();
     for (kind, members) in groups {
         let right = members.iter().filter(|c| c.right).count();
-        out += &format!("{kind}: {right} of {} ({:.0} %)\n", members.len(), 100.0 * right as f64 / members.len() as f64);
+        out += &format!(
+            "{kind}: {right} of {} ({:.0} %)\n",
+            members.len(),
+            100.0 * right as f64 / members.len() as f64
+        );
     }
-    let errors: Vec<[f64; 2]> = cases.iter().filter(|c| c.right).flat_map(|c| c.parameter_errors.values().copied()).collect();
+    let errors: Vec<[f64; 2]> = cases
+        .iter()
+        .filter(|c| c.right)
+        .flat_map(|c| c.parameter_errors.values().copied())
+        .collect();
     if !errors.is_empty() {
         let close = errors.iter().filter(|e| e[0].abs() < 0.1).count();
         let inside = errors.iter().filter(|e| e[1].abs() < 1.96).count();
-        out += &format!("parameters within 10 %: {close} of {}; inside the stated 95 % interval: {inside} of {}\n", errors.len(), errors.len());
+        out += &format!(
+            "parameters within 10 %: {close} of {}; inside the stated 95 % interval: {inside} of {}\n",
+            errors.len(),
+            errors.len()
+        );
     }
     out
 }
