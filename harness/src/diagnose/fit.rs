@@ -616,6 +616,9 @@ struct Block {
     gk: DVector<f64>,
 }
 
+/// Matrix and gradient of the knobs, and the inverse of each shot's block of start states.
+type Reduced = (DMatrix<f64>, DVector<f64>, Vec<Option<DMatrix<f64>>>);
+
 impl Normal {
     fn assemble(f: &mut Fitter, point: &Point, sums: &[f64]) -> Self {
         let h = f.hypothesis;
@@ -696,10 +699,7 @@ impl Normal {
     }
 
     /// The reduced system of the knobs at a damping: `H + damping diag(H)`.
-    fn reduced(
-        &self,
-        damping: f64,
-    ) -> Option<(DMatrix<f64>, DVector<f64>, Vec<Option<DMatrix<f64>>>)> {
+    fn reduced(&self, damping: f64) -> Option<Reduced> {
         let mut matrix = self.matrix.clone();
         let mut gradient = self.gradient.clone();
         for i in 0..matrix.nrows() {

@@ -107,7 +107,7 @@ impl Scale {
             .fold(f64::INFINITY, f64::min);
         let largest = ticks.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
         if value != 0.0
-            && (largest >= 1e5 || largest < 1e-3 || ticks.len() > 1 && largest / step > 1e6)
+            && (!(1e-3..1e5).contains(&largest) || ticks.len() > 1 && largest / step > 1e6)
         {
             return super::number(value, 3);
         }
