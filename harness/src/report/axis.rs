@@ -100,14 +100,17 @@ impl Scale {
     }
 
     /// Text of a tick, with the decimals that its step needs.
-    pub fn tick_text(ticks: &[f64], value: f64) -> String {
+    pub fn tick_text(&self, ticks: &[f64], value: f64) -> String {
+        if self.log {
+            return super::number(value, 3);
+        }
         let step = ticks
             .windows(2)
             .map(|w| w[1] - w[0])
             .fold(f64::INFINITY, f64::min);
         let largest = ticks.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
         if value != 0.0
-            && (largest >= 1e5 || largest < 1e-3 || ticks.len() > 1 && largest / step > 1e6)
+            && (!(1e-3..1e5).contains(&largest) || ticks.len() > 1 && largest / step > 1e6)
         {
             return super::number(value, 3);
         }
@@ -139,7 +142,7 @@ mod tests {
             .from_to(-0.13, 0.61)
             .scale(std::iter::empty());
         let ticks = scale.ticks(5);
-        let shown: Vec<String> = ticks.iter().map(|t| Scale::tick_text(&ticks, *t)).collect();
+        let shown: Vec<String> = ticks.iter().map(|t| scale.tick_text(&ticks, *t)).collect();
         assert_eq!(shown, ["0.0", "0.2", "0.4", "0.6"]);
         let log = Axis::log("A", "m")
             .from_to(1e-8, 1e-3)

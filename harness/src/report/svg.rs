@@ -11,7 +11,7 @@ const RIGHT: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
 const LEGEND_ROW: f64 = 18.0;
 /// Width of a legend's character and of its mark, px.
-const CHARACTER: f64 = 6.6;
+const CHARACTER: f64 = 6.2;
 const MARK: f64 = 30.0;
 
 /// How a legend entry is drawn.
@@ -117,12 +117,7 @@ impl Canvas {
                 self.text,
                 r#"<line class="grid" x1="{left}" x2="{right:.1}" y1="{at:.1}" y2="{at:.1}"/>"#
             );
-            self.label(
-                left - 6.0,
-                at + 4.0,
-                "end",
-                &Scale::tick_text(&ticks, *tick),
-            );
+            self.label(left - 6.0, at + 4.0, "end", &y.1.tick_text(&ticks, *tick));
         }
         self.upright(14.0, top + self.height / 2.0, &y.0.label);
     }
@@ -137,12 +132,7 @@ impl Canvas {
                 self.text,
                 r#"<line class="grid" x1="{at:.1}" x2="{at:.1}" y1="{top}" y2="{bottom:.1}"/>"#
             );
-            self.label(
-                at,
-                bottom + 16.0,
-                "middle",
-                &Scale::tick_text(&ticks, *tick),
-            );
+            self.label(at, bottom + 16.0, "middle", &scale.tick_text(&ticks, *tick));
         }
         let _ = write!(
             self.text,
