@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{compare, demo, pack, simulate};
+use crate::command::{blind_test, compare, demo, diagnose, pack, simulate};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:
@@ -32,6 +32,10 @@ pub enum Command {
     Compare(compare::Arguments),
     /// Pack the FMU and compare it with the campaign that ships in reference-data/demo
     Demo(demo::Arguments),
+    /// Find the physical effect that the model lacks, from a measured campaign
+    Diagnose(diagnose::Arguments),
+    /// Diagnose every campaign of a folder with known answers, and count
+    BlindTest(blind_test::Arguments),
     /// Write StickSlipBeam.fmu
     Pack(pack::Arguments),
 }

@@ -25,6 +25,26 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    // ---- repaired model
+    /// The calibrated values do not fit this project's FMU.
+    #[error(
+        "the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete"
+    )]
+    StartValues {
+        /// What does not fit.
+        problem: String,
+    },
+
+    // ---- blind test
+    /// truth.json can't be read.
+    #[error("{}: {problem}; give a list of objects with campaign, effects and parameters", path.display())]
+    Truth {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+
     // ---- observer
     /// The observer refuses a record.
     #[error("{run}: {source}")]
@@ -239,6 +259,34 @@ pub enum Error {
         value: String,
         /// What is allowed.
         rule: String,
+    },
+    /// The observer cannot work with a run.
+    #[error("{}: {source}", path.display())]
+    Observe {
+        /// The run's file.
+        path: PathBuf,
+        /// Why not, and what to do.
+        source: crate::observer::ObserverError,
+    },
+    /// What the observer must know of the beam and campaign.toml or the model file does not say.
+    #[error("{}: [beam] {key} is not given; the observer needs it to {purpose}, add it", path.display())]
+    BeamUnknown {
+        /// The file.
+        path: PathBuf,
+        /// The missing key.
+        key: &'static str,
+        /// What for.
+        purpose: &'static str,
+    },
+    /// A run that the campaign does not list.
+    #[error("{}: no run of this campaign has the file {}; it has {}", campaign.display(), run.display(), known.join(", "))]
+    RunNotInCampaign {
+        /// The campaign.
+        campaign: PathBuf,
+        /// The file asked for.
+        run: PathBuf,
+        /// Its runs' files.
+        known: Vec<String>,
     },
     /// The FMU's binary, needed for packing, was not found.
     #[error("{library} is not beside {}; build all with `cargo build --release` in the repository, then pack again", searched.display())]

@@ -1,9 +1,12 @@
 //! The commands of `stickslip`, one file each.
 
+pub mod blind_test;
 pub mod compare;
 pub mod demo;
+pub mod diagnose;
 pub mod operating_point;
 pub mod pack;
+pub mod repaired_model;
 pub mod simulate;
 
 use std::path::Path;

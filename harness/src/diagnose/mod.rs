@@ -1,12 +1,14 @@
 //! Finds the physical effect that a model lacks, from a measured campaign.
 
 pub mod candidate;
+pub mod conclude;
 pub mod fit;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;
 pub mod outcome;
 pub mod predictor;
+pub mod residual;
 pub mod scan;
 pub mod search;
 pub mod select;

@@ -1,0 +1,167 @@
+//! `stickslip diagnose`: which physical effect the model lacks, from a measured campaign.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::repaired_model;
+use crate::diagnose::conclude::{climb, conclude};
+use crate::diagnose::outcome::Diagnosis;
+use crate::diagnose::select::{Watch, select};
+use crate::diagnose::session::Session;
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::Campaign;
+use crate::output::{make_folder, write_file};
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder with campaign.toml and the CSV files, or the path of campaign.toml
+    #[arg(value_name = "CAMPAIGN")]
+    campaign: PathBuf,
+    /// FMU to diagnose [default: this repository's StickSlipBeam, packed on the spot]
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Folder for diagnosis.json, report.html, model.toml, the .ssv and the repaired .fmu
+    #[arg(short, long, value_name = "DIR", default_value = "diagnosis")]
+    output: PathBuf,
+    /// Print diagnosis.json instead of the summary
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let campaign = Campaign::load(&arguments.campaign)?;
+    make_folder(&arguments.output)?;
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let progress = Progress::new();
+    let diagnosis = diagnose(&fmu, &campaign, &arguments.output, &progress)?;
+    progress.finish();
+    if arguments.json {
+        println!("{}", to_json(&diagnosis));
+    } else {
+        print!("{}", terminal(&diagnosis));
+        println!("Report: {}", arguments.output.join("report.html").display());
+    }
+    Ok(())
+}
+
+/// Diagnoses a campaign and writes everything into `output`.
+pub fn diagnose(
+    fmu: &Fmu,
+    campaign: &Campaign,
+    output: &Path,
+    watch: &dyn Watch,
+) -> Result<Diagnosis, Error> {
+    let session = Session::new(fmu, campaign)?;
+    let selection = select(&session, watch)?;
+    watch.step("judging on the runs kept out", 0, 1);
+    let rungs = climb(&session, &selection)?;
+    let diagnosis = conclude(&session, &selection, &rungs);
+    write_file(
+        &output.join("diagnosis.json"),
+        to_json(&diagnosis).as_bytes(),
+    )?;
+    repaired_model::write(fmu, &diagnosis, output)?;
+    Ok(diagnosis)
+}
+
+/// The JSON text.
+pub fn to_json(diagnosis: &Diagnosis) -> String {
+    serde_json::to_string_pretty(diagnosis).expect("numbers and texts have a JSON form")
+}
+
+/// The summary for the terminal.
+pub fn terminal(diagnosis: &Diagnosis) -> String {
+    use std::fmt::Write as _;
+    let mut out = String::new();
+    let _ = writeln!(out, "{}\n", diagnosis.summary);
+    let _ = writeln!(
+        out,
+        "{:<32} {:>10} {:>10} {:>14}",
+        "error ladder (NRMSE)", "fit", "held out", "held out/noise"
+    );
+    for rung in &diagnosis.error_ladder {
+        let _ = writeln!(
+            out,
+            "{:<32} {:>9.3} % {:>9.3} % {:>14.2}",
+            rung.step,
+            100.0 * rung.fit_nrmse,
+            100.0 * rung.holdout_nrmse,
+            rung.holdout_over_noise
+        );
+    }
+    let _ = writeln!(
+        out,
+        "\n{:<48} {:>10} {:>10}",
+        "candidates, best first", "gain", "fit/noise"
+    );
+    for candidate in diagnosis.candidates.iter().take(8) {
+        let _ = writeln!(
+            out,
+            "{:<48} {:>10.1} {:>10.2}",
+            candidate.id, candidate.score, candidate.fit_over_noise
+        );
+    }
+    for remark in &diagnosis.remarks {
+        let _ = writeln!(out, "note: {remark}");
+    }
+    out
+}
+
+/// A progress bar with the candidate in work; Ctrl-C ends the search and keeps what is finished.
+pub struct Progress {
+    bar: ProgressBar,
+    stop: std::sync::Arc<AtomicBool>,
+}
+
+impl Progress {
+    /// A bar on the terminal.
+    pub fn new() -> Self {
+        let bar = ProgressBar::new(1);
+        bar.set_style(
+            ProgressStyle::with_template(
+                "{elapsed_precise} {bar:30} {pos}/{len} {msg} (about {eta} left)",
+            )
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        let stop = std::sync::Arc::new(AtomicBool::new(false));
+        let flag = stop.clone();
+        // A second registration (several campaigns in one program) is refused and not needed.
+        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+        Self { bar, stop }
+    }
+}
+
+impl Progress {
+    /// Prints without disturbing the bar.
+    pub fn suspend(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Watch for Progress {
+    fn step(&self, what: &str, done: usize, of: usize) {
+        self.bar.set_length(of as u64);
+        self.bar.set_position(done as u64);
+        self.bar.set_message(what.to_owned());
+    }
+    fn stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
