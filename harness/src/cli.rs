@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{compare, demo, pack, simulate};
+use crate::command::{compare, demo, observe, pack, simulate};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:
@@ -32,6 +32,8 @@ pub enum Command {
     Compare(compare::Arguments),
     /// Pack the FMU and compare it with the campaign that ships in reference-data/demo
     Demo(demo::Arguments),
+    /// Estimate friction force and friction characteristic from one measured run
+    Observe(observe::Arguments),
     /// Write StickSlipBeam.fmu
     Pack(pack::Arguments),
 }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
-use stickslip::command::{compare, demo, pack, simulate};
+use stickslip::command::{compare, demo, observe, pack, simulate};
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
@@ -12,6 +12,7 @@ fn main() -> ExitCode {
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Observe(arguments)) => observe::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
     };
     match result {

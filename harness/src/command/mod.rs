@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod demo;
+pub mod observe;
 pub mod operating_point;
 pub mod pack;
 pub mod simulate;

@@ -135,7 +135,7 @@ impl Campaign {
         } else {
             path.to_owned()
         };
-        Campaign::assemble(&file, campaign_file::read(&file)?, file.parent())
+        Campaign::assemble(campaign_file::read(&file)?, file.parent())
     }
 
     /// One run with what is known of the beam from `beam_file`, a TOML file with `[beam]` and, if need be, `[channels]`
@@ -143,11 +143,10 @@ impl Campaign {
     pub fn of_single_run(single: &SingleRun, beam_file: &Path) -> Result<Campaign, Error> {
         let parsed = campaign_file::read_beam(beam_file, single)?;
         // The run's path is relative to the current folder, not to the beam's file.
-        Campaign::assemble(beam_file, parsed, Some(Path::new("")))
+        Campaign::assemble(parsed, Some(Path::new("")))
     }
 
     fn assemble(
-        file: &Path,
         parsed: campaign_file::CampaignFile,
         folder: Option<&Path>,
     ) -> Result<Campaign, Error> {
