@@ -4,6 +4,7 @@ pub mod blind_test;
 pub mod compare;
 pub mod demo;
 pub mod diagnose;
+pub mod observe;
 pub mod operating_point;
 pub mod pack;
 pub mod repaired_model;
