@@ -3,6 +3,8 @@
 pub mod compare;
 pub mod demo;
 pub mod diagnose;
+mod diagnose_page;
+pub mod effects;
 pub mod operating_point;
 pub mod pack;
 pub mod repaired_model;
