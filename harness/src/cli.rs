@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{compare, demo, diagnose, effects, pack, simulate};
+use crate::command::{blind_test, compare, demo, diagnose, effects, pack, simulate};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:
@@ -34,6 +34,8 @@ pub enum Command {
     Demo(demo::Arguments),
     /// Find the physical effect that the model lacks, from a measured campaign
     Diagnose(diagnose::Arguments),
+    /// Diagnose every campaign of a folder with known answers, and count
+    BlindTest(blind_test::Arguments),
     /// List the physical effects that an FMU offers, or explain one
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::wording::{at_line, or_silent, quoted, suggestion, with_unit};
+
 /// What a command can fail with; [`Error::exit_code`] groups these for scripts.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -25,9 +27,21 @@ pub enum Error {
 
     // ---- repaired model
     /// The calibrated values do not fit this project's FMU.
-    #[error("the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete")]
+    #[error(
+        "the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete"
+    )]
     StartValues {
         /// What does not fit.
+        problem: String,
+    },
+
+    // ---- blind test
+    /// truth.json can't be read.
+    #[error("{}: {problem}; give a list of objects with campaign, effects and parameters", path.display())]
+    Truth {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
         problem: String,
     },
 
@@ -247,7 +261,7 @@ pub enum Error {
 
     // ---- commands
     /// An option's value that cannot be used.
-    #[error("{option} {value}: {rule}")]
+    #[error("{option} {value} {rule}")]
     Option {
         /// The option.
         option: &'static str,
@@ -255,6 +269,34 @@ pub enum Error {
         value: String,
         /// What is allowed.
         rule: String,
+    },
+    /// The observer cannot work with a run.
+    #[error("{}: {source}", path.display())]
+    Observe {
+        /// The run's file.
+        path: PathBuf,
+        /// Why not, and what to do.
+        source: crate::observer::ObserverError,
+    },
+    /// What the observer must know of the beam and campaign.toml or the model file does not say.
+    #[error("{}: [beam] {key} is not given; the observer needs it to {purpose}, add it", path.display())]
+    BeamUnknown {
+        /// The file.
+        path: PathBuf,
+        /// The missing key.
+        key: &'static str,
+        /// What for.
+        purpose: &'static str,
+    },
+    /// A run that the campaign does not list.
+    #[error("{}: no run of this campaign has the file {}; it has {}", campaign.display(), run.display(), known.join(", "))]
+    RunNotInCampaign {
+        /// The campaign.
+        campaign: PathBuf,
+        /// The file asked for.
+        run: PathBuf,
+        /// Its runs' files.
+        known: Vec<String>,
     },
     /// The FMU's binary, needed for packing, was not found.
     #[error("{library} is not beside {}; build all with `cargo build --release` in the repository, then pack again", searched.display())]
@@ -301,64 +343,5 @@ impl Error {
             path: path.to_owned(),
             source,
         }
-    }
-}
-
-/// Up to three of `known` that look like `name`, best first.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let mut scored: Vec<(f64, &str)> = known
-        .into_iter()
-        .map(|k| {
-            (
-                strsim::jaro_winkler(&name.to_lowercase(), &k.to_lowercase()),
-                k,
-            )
-        })
-        .filter(|(score, _)| *score > 0.75)
-        .collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    scored
-        .into_iter()
-        .take(3)
-        .map(|(_, k)| k.to_owned())
-        .collect()
-}
-
-fn at_line(line: Option<usize>) -> String {
-    line.map(|l| format!(":{l}")).unwrap_or_default()
-}
-
-fn with_unit(value: f64, unit: &str) -> String {
-    if unit == "1" {
-        value.to_string()
-    } else {
-        format!("{value} {unit}")
-    }
-}
-
-fn quoted(names: &[String]) -> String {
-    if names.is_empty() {
-        return "nothing".into();
-    }
-    names
-        .iter()
-        .map(|n| format!("'{n}'"))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
-fn suggestion(nearest: &[String]) -> String {
-    if nearest.is_empty() {
-        String::new()
-    } else {
-        format!("; did you mean {}?", quoted(nearest))
-    }
-}
-
-fn or_silent(messages: &str) -> &str {
-    if messages.is_empty() {
-        "the FMU logged no reason"
-    } else {
-        messages
     }
 }

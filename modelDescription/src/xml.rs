@@ -242,22 +242,25 @@ fn scalar_variable(
     Ok(())
 }
 
+type Attributes = Vec<(&'static str, String)>;
+/// How a number is written in an attribute.
+type Text = fn(f64) -> String;
+
 fn typed(w: &mut Writer<Vec<u8>>, variable: &Variable, start: Option<f64>) -> io::Result<()> {
-    let (element, mut attributes, text): (_, Vec<(&str, String)>, fn(f64) -> String) =
-        match variable.kind {
-            Kind::Real(unit) => {
-                let declared = of_unit(unit).map(|(name, _)| ("declaredType", name.to_owned()));
-                let mut attributes: Vec<_> = declared.into_iter().collect();
-                attributes.push(("unit", unit.symbol.to_owned()));
-                ("Real", attributes, number)
-            }
-            Kind::Integer => ("Integer", Vec::new(), |v| format!("{v:.0}")),
-            Kind::Enumeration(name) => (
-                "Enumeration",
-                vec![("declaredType", name.to_owned())],
-                |v| format!("{v:.0}"),
-            ),
-        };
+    let (element, mut attributes, text): (_, Attributes, Text) = match variable.kind {
+        Kind::Real(unit) => {
+            let declared = of_unit(unit).map(|(name, _)| ("declaredType", name.to_owned()));
+            let mut attributes: Vec<_> = declared.into_iter().collect();
+            attributes.push(("unit", unit.symbol.to_owned()));
+            ("Real", attributes, number)
+        }
+        Kind::Integer => ("Integer", Vec::new(), |v| format!("{v:.0}")),
+        Kind::Enumeration(name) => (
+            "Enumeration",
+            vec![("declaredType", name.to_owned())],
+            |v| format!("{v:.0}"),
+        ),
+    };
     let values = [
         ("min", variable.min),
         ("max", variable.max),

@@ -114,8 +114,8 @@ fn instantiate(
 pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     if !component.is_null() {
         let instance = component.cast::<Instance>();
-        // SAFETY: the handle came from Box::into_raw in fmi2Instantiate and is freed once.
         let _ = catch_unwind(AssertUnwindSafe(|| {
+            // SAFETY: the handle came from Box::into_raw in fmi2Instantiate and is freed once.
             drop(unsafe { Box::from_raw(instance) })
         }));
     }

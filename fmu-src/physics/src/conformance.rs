@@ -343,6 +343,36 @@ fn stops_and_restarts_of_the_caller_change_nothing() {
 }
 
 #[test]
+fn inputs_set_again_change_nothing() {
+    for (index, card) in CATALOGUE.iter().enumerate() {
+        let new = || {
+            let begin = Start {
+                belt_travel: 0.0123,
+                ..start()
+            };
+            Simulation::new(&typical(index), inputs(), &begin, 1e-11).unwrap()
+        };
+        let mut straight = new();
+        let mut disturbed = new();
+        for i in 1..=30 {
+            let t = f64::from(i) * 1e-3;
+            disturbed.advance_to(t).unwrap();
+            disturbed.set_inputs(inputs()).unwrap();
+            straight.advance_to(t).unwrap();
+            let (a, b) = (disturbed.outputs(), straight.outputs());
+            assert_eq!(a.mode, b.mode, "{} at {t} s", card.id);
+            for (a, b) in [
+                (a.displacement, b.displacement),
+                (a.belt_travel, b.belt_travel),
+                (a.dwell, b.dwell),
+            ] {
+                assert!((a - b).abs() < 1e-8, "{} at {t} s: {a} {b}", card.id);
+            }
+        }
+    }
+}
+
+#[test]
 fn contact_and_structure_only_take_energy() {
     for (index, card) in CATALOGUE.iter().enumerate() {
         let mut run = run(&typical(index), 1e-8);

@@ -27,6 +27,14 @@ pub enum PhysicsError {
         /// The largest number supported.
         max: usize,
     },
+    /// Too many states.
+    #[error("{count} states; at most {max} are possible: leave out modes or effects")]
+    StateCount {
+        /// The number asked for.
+        count: usize,
+        /// The largest number supported.
+        max: usize,
+    },
     /// A tabulated friction law is unusable.
     #[error(
         "friction table, row {row}: {problem}; give at least 2 rows with rising velocities (m/s) and coefficients >= 0"

@@ -12,6 +12,7 @@ pub mod contact;
 pub mod effects;
 pub mod energy;
 pub mod error;
+pub mod expression;
 pub mod friction;
 pub mod integrate;
 pub mod model;

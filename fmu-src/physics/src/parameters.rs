@@ -1,6 +1,7 @@
 //! Everything that can be set of a model, as plain values.
 
 use crate::beam::Beam;
+use crate::effects::user_expression::UserEffect;
 use crate::effects::{CATALOGUE, find_parameter};
 use crate::error::PhysicsError;
 use crate::friction::FrictionLaw;
@@ -18,6 +19,8 @@ pub struct ModelParameters {
     pub sensor_offset: f64,
     /// Values of the catalogue's parameters.
     pub effects: EffectValues,
+    /// Effects that the user has written; all of them are on.
+    pub user_effects: Vec<UserEffect>,
 }
 
 impl Default for ModelParameters {
@@ -28,6 +31,7 @@ impl Default for ModelParameters {
             friction_level: 1.0,
             sensor_offset: 0.0,
             effects: EffectValues::default(),
+            user_effects: Vec::new(),
         }
     }
 }

@@ -274,6 +274,7 @@ impl Simulation {
         let t = self.time;
         let mut x = self.front_state;
         let dwell_began = self.model.stick_since;
+        self.place_on_belt(travel, t, &x);
         if settled {
             // A drive that gives way shifts the belt, so settle with the mode that the motion suggests.
             let v_r = self.model.relative_velocity(t, &x);
@@ -288,6 +289,7 @@ impl Simulation {
                 mode
             };
             self.model.settle(t, &mut x, mode);
+            self.place_on_belt(travel, t, &x);
         }
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
@@ -305,10 +307,17 @@ impl Simulation {
         } else {
             self.model.stick_since = t;
         }
-        let at = self.model.motion(t, &x, self.front_mode);
-        self.model.travel_offset += travel - at.travel;
+        if let Some(fault) = self.model.fault(t, &x, self.front_mode) {
+            return Err(fault);
+        }
         self.front_state = x;
         self.hold(x)
+    }
+
+    /// Shifts the belt so that the tip stands at the place `travel` in m.
+    fn place_on_belt(&mut self, travel: f64, t: f64, x: &State) {
+        let at = self.model.motion(t, x, ContactMode::Stuck);
+        self.model.travel_offset += travel - at.travel;
     }
 
     /// Forgets what lies ahead and waits at the present time with state `x`.
@@ -503,22 +512,36 @@ impl Simulation {
     }
 
     fn next_segment(&mut self) -> Result<(), PhysicsError> {
-        self.segment_mode = self.front_mode;
-        if self.front_mode != ContactMode::Stuck {
-            self.slip_segment(false)?;
+        let (t, x, mode) = (self.front, self.front_state, self.front_mode);
+        self.segment_mode = mode;
+        let done = if mode != ContactMode::Stuck {
+            self.slip_segment(false)
         } else {
-            self.stick_segment()?;
-        }
-        if self.front_state[..self.model.dimension()]
+            self.stick_segment()
+        };
+        let finite = self.front_state[..self.model.dimension()]
             .iter()
-            .all(|v| v.is_finite())
-        {
-            Ok(())
-        } else {
-            Err(PhysicsError::NotFinite {
-                time: self.segment.start,
-            })
+            .all(|v| v.is_finite());
+        match done {
+            Ok(()) if finite => Ok(()),
+            failed => Err(self
+                .fault_near(t, &x, mode)
+                .or(failed.err())
+                .unwrap_or(PhysicsError::NotFinite { time: t })),
         }
+    }
+
+    /// An effect that can't be evaluated at this instant or shortly after it: the better explanation of
+    /// a run that can't go on.
+    fn fault_near(&self, t: f64, x: &State, mode: ContactMode) -> Option<PhysicsError> {
+        let mut rates = [0.0; MAX_STATES];
+        self.model.rates(t, x, mode, &mut rates);
+        [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6]
+            .into_iter()
+            .find_map(|h| {
+                let ahead = std::array::from_fn(|i| x[i] + h * rates[i]);
+                self.model.fault(t + h, &ahead, mode)
+            })
     }
 
     fn stalled(&self) -> PhysicsError {
@@ -554,8 +577,7 @@ impl Simulation {
         let mut root = None;
         if self.may_return(sign, end_gap) {
             self.ready_segment();
-            let gap = self.gap_polynomial(sign);
-            let degree = self.segment.degree;
+            let (gap, degree) = self.gap_polynomial(sign);
             // From rest, v_r(0) = 0 is a root of its own that must not be found: divide it out.
             root = if self.departed {
                 first_below_zero(&gap[..=degree], 0.0, 1.0)
@@ -607,8 +629,8 @@ impl Simulation {
         start_gap.min(end_gap) < 0.75 * bend
     }
 
-    /// Polynomial of sgn * v_r over the segment.
-    fn gap_polynomial(&self, sign: f64) -> [f64; MAX_DEGREE + 1] {
+    /// Polynomial of sgn * v_r over the segment, and its degree.
+    fn gap_polynomial(&self, sign: f64) -> ([f64; MAX_DEGREE + 1], usize) {
         let mut gap = [0.0; MAX_DEGREE + 1];
         let mut zero = [0.0; MAX_STATES];
         let offset = self.model.relative_velocity(self.segment.start, &zero);
@@ -628,7 +650,18 @@ impl Simulation {
                 }
             }
         }
-        gap
+        let mut degree = self.segment.degree;
+        if self.model.has_belt_ripple() {
+            let (start, length) = (self.segment.start, self.segment.length);
+            let ripple = interpolate(|theta| {
+                self.model.belt_ripple(start + theta * length) - self.model.belt_ripple(start)
+            });
+            for (g, r) in gap.iter_mut().zip(ripple) {
+                *g -= sign * r;
+            }
+            degree = degree.max(LIMIT_NODES - 1);
+        }
+        (gap, degree)
     }
 
     /// Ends the segment where v_r = 0 and decides how the motion goes on.
@@ -697,6 +730,13 @@ impl Simulation {
 
     /// One step of stick, ended early where the constraint force exceeds its limit.
     fn stick_segment(&mut self) -> Result<(), PhysicsError> {
+        // A limit that is not a number would never be exceeded.
+        if let Some(fault) = self
+            .model
+            .fault(self.front, &self.front_state, ContactMode::Stuck)
+        {
+            return Err(fault);
+        }
         let system = InMode {
             model: &self.model,
             mode: ContactMode::Stuck,

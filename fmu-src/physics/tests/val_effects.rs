@@ -4,6 +4,7 @@
 use beam_physics::belt::Inputs;
 use beam_physics::contact::ContactMode;
 use beam_physics::effects::CATALOGUE;
+use beam_physics::effects::user_expression::{Target, UserEffect, UserParameter};
 use beam_physics::integrate::MAX_STATES;
 use beam_physics::model::Model;
 use beam_physics::parameters::ModelParameters;
@@ -39,6 +40,61 @@ fn set(parameters: &mut ModelParameters, id: &str, values: &Value) {
     }
 }
 
+/// Effects outside the catalogue of which there are motions, as formulas.
+const FORMULAS: &[(&str, Target, &str)] = &[
+    ("quadratic_stiffness", Target::TipForce, "-coefficient*w^2"),
+    (
+        "impact_stop",
+        Target::TipForce,
+        "-if(w > gap, stiffness*(w - gap), 0)",
+    ),
+    (
+        "direction_dependent_friction",
+        Target::FrictionFactor,
+        "1 + asymmetry*tanh(w_dot/velocity_scale)",
+    ),
+    ("cubic_damping", Target::TipForce, "-coefficient*w_dot^3"),
+    (
+        "belt_speed_ripple",
+        Target::BeltVelocity,
+        "amplitude*v0*cos(2*pi*frequency*t + phase)",
+    ),
+    (
+        "asymmetric_damping",
+        Target::TipForce,
+        "-coefficient*w_dot*(1 + tanh(w/deflection_scale))/2",
+    ),
+    (
+        "parametric_stiffness",
+        Target::TipForce,
+        "-stiffness*cos(2*pi*frequency*t + phase)*w",
+    ),
+    (
+        "normal_force_speed_coupling",
+        Target::NormalForceFactor,
+        "1 + coefficient*w_dot",
+    ),
+];
+
+/// One effect outside the catalogue.
+fn add_formula(parameters: &mut ModelParameters, name: &str, values: &Value) {
+    let &(id, target, formula) = FORMULAS.iter().find(|f| f.0 == name).unwrap();
+    let parameter = |(name, value): (&String, &Value)| UserParameter {
+        name: name.clone(),
+        unit: "SI".into(),
+        start: 0.0,
+        min: -1e9,
+        max: 1e9,
+        value: number(value),
+    };
+    parameters.user_effects.push(UserEffect {
+        id: id.into(),
+        target,
+        expression: formula.into(),
+        parameters: values.as_object().unwrap().iter().map(parameter).collect(),
+    });
+}
+
 fn start_state(model: &Model, start: &Value) -> [f64; MAX_STATES] {
     let mut x = [0.0; MAX_STATES];
     for (j, q) in start["q"].as_array().unwrap().iter().enumerate() {
@@ -65,7 +121,10 @@ fn compare(case: &Value) {
         ..ModelParameters::default()
     };
     for (id, values) in case["effects"].as_object().unwrap() {
-        set(&mut parameters, id, values);
+        match id.strip_prefix("outside:") {
+            Some(name) => add_formula(&mut parameters, name, values),
+            None => set(&mut parameters, id, values),
+        }
     }
     let inputs = Inputs::constant(
         number(&case["belt_velocity_m_per_s"]),
@@ -125,11 +184,11 @@ fn val_every_effect_and_pairs_move_as_in_the_independent_simulation() {
     for case in &cases {
         compare(case);
     }
-    for card in CATALOGUE {
+    let ids = CATALOGUE.iter().map(|card| card.id.to_owned());
+    for id in ids.chain(FORMULAS.iter().map(|f| format!("outside:{}", f.0))) {
         assert!(
-            cases.iter().any(|c| c["effects"].get(card.id).is_some()),
-            "{} has no independent motion",
-            card.id
+            cases.iter().any(|c| c["effects"].get(&id).is_some()),
+            "{id} has no independent motion"
         );
     }
 }

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new();
     let diagnosis = diagnose(&fmu, &campaign, &arguments.output, &progress)?;
-    progress.bar.finish_and_clear();
+    progress.finish();
     if arguments.json {
         println!("{}", to_json(&diagnosis));
     } else {
@@ -51,16 +51,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 /// Diagnoses a campaign and writes everything into `output`.
-pub fn diagnose(fmu: &Fmu, campaign: &Campaign, output: &Path, watch: &dyn Watch) -> Result<Diagnosis, Error> {
+pub fn diagnose(
+    fmu: &Fmu,
+    campaign: &Campaign,
+    output: &Path,
+    watch: &dyn Watch,
+) -> Result<Diagnosis, Error> {
     let session = Session::new(fmu, campaign)?;
     let selection = select(&session, watch)?;
     watch.step("judging on the runs kept out", 0, 1);
     let rungs = climb(&session, &selection)?;
     let diagnosis = conclude(&session, &selection, &rungs);
-    write_file(&output.join("diagnosis.json"), to_json(&diagnosis).as_bytes())?;
+    write_file(
+        &output.join("diagnosis.json"),
+        to_json(&diagnosis).as_bytes(),
+    )?;
     repaired_model::write(fmu, &diagnosis, output)?;
     watch.step("drawing report.html", 0, 1);
-    let command = format!("stickslip diagnose {} -o {}", campaign.folder.display(), output.display());
+    let command = format!(
+        "stickslip diagnose {} -o {}",
+        campaign.folder.display(),
+        output.display()
+    );
     let page = diagnose_page::html(&session, &selection, &rungs, &diagnosis, &command)?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
@@ -76,13 +88,32 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     use std::fmt::Write as _;
     let mut out = String::new();
     let _ = writeln!(out, "{}\n", diagnosis.summary);
-    let _ = writeln!(out, "{:<32} {:>10} {:>10} {:>14}", "error ladder (NRMSE)", "fit", "held out", "held out/noise");
+    let _ = writeln!(
+        out,
+        "{:<32} {:>10} {:>10} {:>14}",
+        "error ladder (NRMSE)", "fit", "held out", "held out/noise"
+    );
     for rung in &diagnosis.error_ladder {
-        let _ = writeln!(out, "{:<32} {:>9.3} % {:>9.3} % {:>14.2}", rung.step, 100.0 * rung.fit_nrmse, 100.0 * rung.holdout_nrmse, rung.holdout_over_noise);
+        let _ = writeln!(
+            out,
+            "{:<32} {:>9.3} % {:>9.3} % {:>14.2}",
+            rung.step,
+            100.0 * rung.fit_nrmse,
+            100.0 * rung.holdout_nrmse,
+            rung.holdout_over_noise
+        );
     }
-    let _ = writeln!(out, "\n{:<48} {:>10} {:>10}", "candidates, best first", "gain", "fit/noise");
+    let _ = writeln!(
+        out,
+        "\n{:<48} {:>10} {:>10}",
+        "candidates, best first", "gain", "fit/noise"
+    );
     for candidate in diagnosis.candidates.iter().take(8) {
-        let _ = writeln!(out, "{:<48} {:>10.1} {:>10.2}", candidate.id, candidate.score, candidate.fit_over_noise);
+        let _ = writeln!(
+            out,
+            "{:<48} {:>10.1} {:>10.2}",
+            candidate.id, candidate.score, candidate.fit_over_noise
+        );
     }
     for remark in &diagnosis.remarks {
         let _ = writeln!(out, "note: {remark}");
@@ -101,14 +132,28 @@ impl Progress {
     pub fn new() -> Self {
         let bar = ProgressBar::new(1);
         bar.set_style(
-            ProgressStyle::with_template("{elapsed_precise} {bar:30} {pos}/{len} {msg} (about {eta} left)")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            ProgressStyle::with_template(
+                "{elapsed_precise} {bar:30} {pos}/{len} {msg} (about {eta} left)",
+            )
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
         let stop = std::sync::Arc::new(AtomicBool::new(false));
         let flag = stop.clone();
         // A second registration (several campaigns in one program) is refused and not needed.
         let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
         Self { bar, stop }
+    }
+}
+
+impl Progress {
+    /// Prints without disturbing the bar.
+    pub fn suspend(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
     }
 }
 

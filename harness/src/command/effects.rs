@@ -62,7 +62,7 @@ fn find<'a>(
         .ok_or_else(|| Error::UnknownEffect {
             path: fmu.to_owned(),
             id: id.to_owned(),
-            nearest: crate::error::nearest(id, catalogue.iter().map(|c| c.id.as_str())),
+            nearest: crate::wording::nearest(id, catalogue.iter().map(|c| c.id.as_str())),
         })
 }
 

@@ -1,5 +1,6 @@
 //! The commands of `stickslip`, one file each.
 
+pub mod blind_test;
 pub mod compare;
 pub mod demo;
 pub mod diagnose;

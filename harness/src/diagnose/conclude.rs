@@ -4,7 +4,9 @@ use super::fit::{Data, Fit, Fitter};
 use super::hypothesis::Hypothesis;
 use super::judge::{self, Judgement};
 use super::knob::Scale;
-use super::outcome::{Diagnosis, Estimate, Evidence, FoundEffect, Rung, RunValues, Standing, Verdict};
+use super::outcome::{
+    Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
+};
 use super::predictor::{Point, Predictor};
 use super::search::{self, Trial};
 use super::select::{Contender, Selection};
@@ -34,7 +36,9 @@ pub struct Rungs {
 /// # Errors
 /// An FMU that can't be run.
 pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
-    let steps: Vec<&Contender> = std::iter::once(&selection.calibrated).chain(&selection.path).collect();
+    let steps: Vec<&Contender> = std::iter::once(&selection.calibrated)
+        .chain(&selection.path)
+        .collect();
     let all = session.fit_shots(1);
     let results = super::session::parallel(&steps, |contender| {
         let trial = refit(session, contender, &all)?;
@@ -42,7 +46,11 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
         let holdout = judge::held_out(session, &trial)?;
         Ok((trial, fit, holdout))
     })?;
-    let mut rungs = Rungs { trials: Vec::new(), fit: Vec::new(), holdout: Vec::new() };
+    let mut rungs = Rungs {
+        trials: Vec::new(),
+        fit: Vec::new(),
+        holdout: Vec::new(),
+    };
     for (trial, fit, holdout) in results {
         rungs.trials.push(trial);
         rungs.fit.push(fit);
@@ -54,8 +62,13 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
 fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Trial, Error> {
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let h = session.hypothesis(&contender.choices)?;
-    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-    let data = Data { shots: &shots, noise: &session.noise, weight: 1.0 };
+    let mut predictor =
+        Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+    let data = Data {
+        shots: &shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
     let mut start = Point::centre(&h, &shots);
     start.shared.clone_from(&contender.trial.fit.point.shared);
     start.own.clone_from(&contender.trial.fit.point.own);
@@ -66,18 +79,28 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let states = super::fit::Effort { knobs: false, ..search::effort(5) };
+    let states = super::fit::Effort {
+        knobs: false,
+        ..search::effort(5)
+    };
     let found = Fitter::new(&mut predictor, &h, &data, states).run(start);
     let fit = Fitter::new(&mut predictor, &h, &data, search::effort(6)).run(found.point);
     let simulations = predictor.count;
-    Ok(Trial { hypothesis: h, fit, simulations })
+    Ok(Trial {
+        hypothesis: h,
+        fit,
+        simulations,
+    })
 }
 
 /// The diagnosis.
 pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diagnosis {
     let samples = selection.samples;
     let base_score = selection.calibrated.score(samples);
-    let gain = selection.path.first().map_or(0.0, |p| base_score - p.score(samples));
+    let gain = selection
+        .path
+        .first()
+        .map_or(0.0, |p| base_score - p.score(samples));
     let base_is_enough = selection.calibrated.reaches_floor() && gain < NULL_GAIN;
     let verdict = if base_is_enough {
         Verdict::NoMissingEffect
@@ -86,19 +109,41 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
     } else {
         Verdict::UnknownEffect
     };
-    let depth = if verdict == Verdict::EffectFound { selection.path.len() } else { 0 };
+    let depth = if verdict == Verdict::EffectFound {
+        selection.path.len()
+    } else {
+        0
+    };
     let mut effects = Vec::new();
     for i in 0..depth {
-        let before = if i == 0 { base_score } else { selection.path[i - 1].score(samples) };
-        effects.push(found(session, selection, rungs, depth, i, before - selection.path[i].score(samples)));
+        let before = if i == 0 {
+            base_score
+        } else {
+            selection.path[i - 1].score(samples)
+        };
+        effects.push(found(
+            session,
+            selection,
+            rungs,
+            depth,
+            i,
+            before - selection.path[i].score(samples),
+        ));
     }
-    let mut ladder = vec![rung("as given", &selection.as_given, &selection.as_given_holdout)];
+    let mut ladder = vec![rung(
+        "as given",
+        &selection.as_given,
+        &selection.as_given_holdout,
+    )];
     for i in 0..rungs.trials.len() {
         let step = if i == 0 {
             "calibrated".to_owned()
         } else {
             let choices = &selection.path[i - 1].choices;
-            let added = choices.iter().find(|c| i < 2 || !selection.path[i - 2].choices.contains(c)).expect("a step adds an effect");
+            let added = choices
+                .iter()
+                .find(|c| i < 2 || !selection.path[i - 2].choices.contains(c))
+                .expect("a step adds an effect");
             format!("+ {}", session.catalogue[added.effect].id)
         };
         // A step that is not believed is not on the ladder.
@@ -106,7 +151,11 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
             ladder.push(rung(&step, &rungs.fit[i], &rungs.holdout[i]));
         }
     }
-    let last = if depth == 0 { 0 } else { rungs.trials.len() - 1 };
+    let last = if depth == 0 {
+        0
+    } else {
+        rungs.trials.len() - 1
+    };
     let trial = &rungs.trials[last];
     let summary = words(session, verdict, &effects, &ladder);
     Diagnosis {
@@ -132,41 +181,83 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
 }
 
 fn is_effect(session: &Session, knob: &str) -> bool {
-    knob.split_once('.').is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id))
+    knob.split_once('.')
+        .is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id))
 }
 
 fn rung(step: &str, fit: &Judgement, holdout: &Judgement) -> Rung {
-    let by_run = fit.by_run.iter().zip(&holdout.by_run).map(|(f, h)| if h.is_finite() { *h } else { *f }).collect();
-    Rung { step: step.to_owned(), fit_nrmse: fit.nrmse, holdout_nrmse: holdout.nrmse, holdout_over_noise: holdout.quantile(0.5), by_run }
+    let by_run = fit
+        .by_run
+        .iter()
+        .zip(&holdout.by_run)
+        .map(|(f, h)| if h.is_finite() { *h } else { *f })
+        .collect();
+    Rung {
+        step: step.to_owned(),
+        fit_nrmse: fit.nrmse,
+        holdout_nrmse: holdout.nrmse,
+        holdout_over_noise: holdout.quantile(0.5),
+        by_run,
+    }
 }
 
 /// A shared knob's value and standard deviation in its unit.
 pub fn estimate(h: &Hypothesis, fit: &Fit, index: usize) -> Estimate {
     let knob = &h.shared[index];
     let value = knob.value(fit.point.shared[index]);
-    let spread = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(index, index)].max(0.0).sqrt());
+    let spread = fit
+        .covariance
+        .as_ref()
+        .map_or(f64::NAN, |c| c[(index, index)].max(0.0).sqrt());
     let std = match knob.scale {
         Scale::Linear => spread,
         Scale::Log => spread * value,
     };
-    Estimate { value, std, unit: knob.unit.clone(), at_bound: knob.is_at_bound(fit.point.shared[index]) }
+    Estimate {
+        value,
+        std,
+        unit: knob.unit.clone(),
+        at_bound: knob.is_at_bound(fit.point.shared[index]),
+    }
 }
 
-fn found(session: &Session, selection: &Selection, rungs: &Rungs, depth: usize, i: usize, gain: f64) -> FoundEffect {
+fn found(
+    session: &Session,
+    selection: &Selection,
+    rungs: &Rungs,
+    depth: usize,
+    i: usize,
+    gain: f64,
+) -> FoundEffect {
     let contender = &selection.path[i];
-    let choice = contender.choices.iter().find(|c| i == 0 || !selection.path[i - 1].choices.contains(c)).expect("a step adds an effect");
+    let choice = contender
+        .choices
+        .iter()
+        .find(|c| i == 0 || !selection.path[i - 1].choices.contains(c))
+        .expect("a step adds an effect");
     let card = &session.catalogue[choice.effect];
     let trial = &rungs.trials[depth];
     let prefix = format!("{}.", card.id);
     let mut parameters = BTreeMap::new();
     for (index, knob) in trial.hypothesis.shared.iter().enumerate() {
         if let Some(name) = knob.name.strip_prefix(&prefix) {
-            parameters.insert(name.to_owned(), estimate(&trial.hypothesis, &trial.fit, index));
+            parameters.insert(
+                name.to_owned(),
+                estimate(&trial.hypothesis, &trial.fit, index),
+            );
         }
     }
     for &(index, value) in &choice.settings {
         let parameter = &card.parameters[index];
-        parameters.insert(parameter.name.clone(), Estimate { value, std: 0.0, unit: parameter.unit.clone(), at_bound: false });
+        parameters.insert(
+            parameter.name.clone(),
+            Estimate {
+                value,
+                std: 0.0,
+                unit: parameter.unit.clone(),
+                at_bound: false,
+            },
+        );
     }
     let mut own_parameters: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for knob in &trial.hypothesis.own[0] {
@@ -177,8 +268,15 @@ fn found(session: &Session, selection: &Selection, rungs: &Rungs, depth: usize, 
                 .iter()
                 .enumerate()
                 .map(|(run, knobs)| {
-                    let point = if session.held_out[run] { &rungs.holdout[depth].point } else { &trial.fit.point };
-                    knobs.iter().position(|k| k.name == knob.name).map_or(f64::NAN, |j| knobs[j].value(point.own[run][j]))
+                    let point = if session.held_out[run] {
+                        &rungs.holdout[depth].point
+                    } else {
+                        &trial.fit.point
+                    };
+                    knobs
+                        .iter()
+                        .position(|k| k.name == knob.name)
+                        .map_or(f64::NAN, |j| knobs[j].value(point.own[run][j]))
                 })
                 .collect();
             own_parameters.insert(name.to_owned(), values);
@@ -189,7 +287,9 @@ fn found(session: &Session, selection: &Selection, rungs: &Rungs, depth: usize, 
         let mut list: Vec<String> = selection
             .singles
             .iter()
-            .filter(|s| s.score(selection.samples) < best + TIE && s.choices[0].effect != choice.effect)
+            .filter(|s| {
+                s.score(selection.samples) < best + TIE && s.choices[0].effect != choice.effect
+            })
             .map(|s| session.catalogue[s.choices[0].effect].id.clone())
             .collect();
         list.dedup();
@@ -198,7 +298,10 @@ fn found(session: &Session, selection: &Selection, rungs: &Rungs, depth: usize, 
         selection
             .pairs
             .iter()
-            .filter(|p| p.score(selection.samples) < selection.path[selection.path.len() - 1].score(selection.samples) + TIE)
+            .filter(|p| {
+                p.score(selection.samples)
+                    < selection.path[selection.path.len() - 1].score(selection.samples) + TIE
+            })
             .filter_map(|p| p.choices.iter().find(|c| !contender.choices.contains(c)))
             .map(|c| session.catalogue[c.effect].id.clone())
             .collect()
@@ -220,8 +323,16 @@ fn found(session: &Session, selection: &Selection, rungs: &Rungs, depth: usize, 
 
 fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
     let base = selection.calibrated.score(selection.samples);
-    let mut all: Vec<&Contender> = selection.path.iter().chain(&selection.singles).chain(selection.pairs.iter().take(5)).collect();
-    all.sort_by(|a, b| a.score(selection.samples).total_cmp(&b.score(selection.samples)));
+    let mut all: Vec<&Contender> = selection
+        .path
+        .iter()
+        .chain(&selection.singles)
+        .chain(selection.pairs.iter().take(5))
+        .collect();
+    all.sort_by(|a, b| {
+        a.score(selection.samples)
+            .total_cmp(&b.score(selection.samples))
+    });
     all.iter()
         .map(|c| Standing {
             id: super::select::name(session, &c.choices),
@@ -248,13 +359,21 @@ fn run_values(session: &Session, trial: &Trial, holdout: &Judgement) -> Vec<RunV
         .iter()
         .enumerate()
         .map(|(r, run)| {
-            let point = if session.held_out[r] { &holdout.point } else { &trial.fit.point };
+            let point = if session.held_out[r] {
+                &holdout.point
+            } else {
+                &trial.fit.point
+            };
             RunValues {
                 name: run.name.clone(),
                 belt_velocity_m_per_s: run.belt_velocity,
                 normal_force_n: run.normal_force,
                 held_out: session.held_out[r],
-                own: trial.hypothesis.own[r].iter().zip(&point.own[r]).map(|(k, u)| (k.name.clone(), k.value(*u))).collect(),
+                own: trial.hypothesis.own[r]
+                    .iter()
+                    .zip(&point.own[r])
+                    .map(|(k, u)| (k.name.clone(), k.value(*u)))
+                    .collect(),
             }
         })
         .collect()
@@ -270,7 +389,10 @@ fn remarks(session: &Session, trial: &Trial, selection: &Selection) -> Vec<Strin
         ));
     }
     let first = (runs[0].belt_velocity, runs[0].normal_force);
-    if runs.iter().all(|r| (r.belt_velocity, r.normal_force) == first) {
+    if runs
+        .iter()
+        .all(|r| (r.belt_velocity, r.normal_force) == first)
+    {
         out.push(format!(
             "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be told apart. Measure at a second speed and a second load.",
             first.0, first.1
@@ -278,16 +400,27 @@ fn remarks(session: &Session, trial: &Trial, selection: &Selection) -> Vec<Strin
     }
     for (run, smoothing) in runs.iter().zip(&session.smoothings) {
         if smoothing.cycle.is_nan() {
-            out.push(format!("{}: no stick-slip cycles seen; this run says little about static friction.", run.name));
+            out.push(format!(
+                "{}: no stick-slip cycles seen; this run says little about static friction.",
+                run.name
+            ));
         }
         if !run.faults.is_empty() {
             let samples: usize = run.faults.iter().map(|f| f.samples).sum();
-            out.push(format!("{}: {samples} samples are clipped or held and were left out.", run.name));
+            out.push(format!(
+                "{}: {samples} samples are clipped or held and were left out.",
+                run.name
+            ));
         }
     }
     for (index, knob) in trial.hypothesis.shared.iter().enumerate() {
         if knob.is_at_bound(trial.fit.point.shared[index]) {
-            out.push(format!("{} = {} {} lies on its bound: the value is not to be trusted.", knob.name, knob.value(trial.fit.point.shared[index]), knob.unit));
+            out.push(format!(
+                "{} = {} {} lies on its bound: the value is not to be trusted.",
+                knob.name,
+                knob.value(trial.fit.point.shared[index]),
+                knob.unit
+            ));
         }
     }
     if selection.stopped {
@@ -305,13 +438,28 @@ fn words(session: &Session, verdict: Verdict, effects: &[FoundEffect], ladder: &
             let names: Vec<String> = effects
                 .iter()
                 .map(|e| {
-                    let title = session.catalogue.iter().find(|c| c.id == e.id).map_or("", |c| c.title.as_str());
-                    let values: Vec<String> = e.parameters.iter().map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit)).collect();
+                    let title = session
+                        .catalogue
+                        .iter()
+                        .find(|c| c.id == e.id)
+                        .map_or("", |c| c.title.as_str());
+                    let values: Vec<String> = e
+                        .parameters
+                        .iter()
+                        .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
+                        .collect();
                     format!("{} ({title}; {})", e.id, values.join(", "))
                 })
                 .collect();
-            let ties: Vec<&str> = effects.iter().flat_map(|e| e.confounded_with.iter().map(String::as_str)).collect();
-            let sure = if ties.is_empty() { "No other candidate comes near.".to_owned() } else { format!("These data can't tell it from: {}.", ties.join(", ")) };
+            let ties: Vec<&str> = effects
+                .iter()
+                .flat_map(|e| e.confounded_with.iter().map(String::as_str))
+                .collect();
+            let sure = if ties.is_empty() {
+                "No other candidate comes near.".to_owned()
+            } else {
+                format!("These data can't tell it from: {}.", ties.join(", "))
+            };
             format!(
                 "Missing: {}. The error on runs kept out of the fit falls from {} to {}; what remains is {:.2} times the sensor noise. {sure}",
                 names.join(" and "),

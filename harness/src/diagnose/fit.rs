@@ -86,7 +86,12 @@ pub struct Fitter<'a, 'b> {
 
 impl<'a, 'b> Fitter<'a, 'b> {
     /// A fitter.
-    pub fn new(predictor: &'b mut Predictor<'a>, hypothesis: &'a Hypothesis, data: &'b Data<'b>, effort: Effort) -> Self {
+    pub fn new(
+        predictor: &'b mut Predictor<'a>,
+        hypothesis: &'a Hypothesis,
+        data: &'b Data<'b>,
+        effort: Effort,
+    ) -> Self {
         let mut state_step = Vec::new();
         for j in 0..hypothesis.modes {
             let _ = j;
@@ -95,7 +100,11 @@ impl<'a, 'b> Fitter<'a, 'b> {
         state_step.extend(hypothesis.extra_states.iter().map(|s| 1e-3 * s.1));
         Self {
             shared_step: hypothesis.shared.iter().map(|k| k.step).collect(),
-            own_step: hypothesis.own.iter().map(|run| run.iter().map(|k| k.step).collect()).collect(),
+            own_step: hypothesis
+                .own
+                .iter()
+                .map(|run| run.iter().map(|k| k.step).collect())
+                .collect(),
             state_step,
             predictor,
             hypothesis,
@@ -114,12 +123,27 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let shot = &self.data.shots[k];
         let used = self.used(shot);
         let mut out = std::mem::take(&mut self.buffer);
-        let result = self.predictor.predict(shot, &point.shared, &point.own[shot.run], &point.states[k], point.stuck[k], used, self.effort.stride, &mut out);
+        let result = self.predictor.predict(
+            shot,
+            &point.shared,
+            &point.own[shot.run],
+            &point.states[k],
+            point.stuck[k],
+            used,
+            self.effort.stride,
+            &mut out,
+        );
         let stride = self.effort.stride;
         let residual = result.ok().filter(|done| *done).map(|_| {
             out.iter()
                 .enumerate()
-                .map(|(i, y)| if shot.trusted[i * stride] { shot.measured[i * stride] - y } else { 0.0 })
+                .map(|(i, y)| {
+                    if shot.trusted[i * stride] {
+                        shot.measured[i * stride] - y
+                    } else {
+                        0.0
+                    }
+                })
                 .collect::<Vec<f64>>()
         });
         self.buffer = out;
@@ -139,13 +163,29 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     fn prior_loss(&self, point: &Point) -> f64 {
         let one = |knob: &super::knob::Knob, u: f64| {
-            if knob.prior_std > 0.0 { 0.5 * ((u - knob.position(knob.prior)) / knob.prior_std).powi(2) } else { 0.0 }
+            if knob.prior_std > 0.0 {
+                0.5 * ((u - knob.position(knob.prior)) / knob.prior_std).powi(2)
+            } else {
+                0.0
+            }
         };
-        let shared: f64 = self.hypothesis.shared.iter().zip(&point.shared).map(|(k, u)| one(k, *u)).sum();
+        let shared: f64 = self
+            .hypothesis
+            .shared
+            .iter()
+            .zip(&point.shared)
+            .map(|(k, u)| one(k, *u))
+            .sum();
         let runs: Vec<usize> = self.runs();
         let own: f64 = runs
             .iter()
-            .map(|&r| self.hypothesis.own[r].iter().zip(&point.own[r]).map(|(k, u)| one(k, *u)).sum::<f64>())
+            .map(|&r| {
+                self.hypothesis.own[r]
+                    .iter()
+                    .zip(&point.own[r])
+                    .map(|(k, u)| one(k, *u))
+                    .sum::<f64>()
+            })
             .sum();
         shared + own + self.state_prior(point)
     }
@@ -163,11 +203,19 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// Adds the weak prior on deviations of the effects' states from equilibrium; `variance` is that of
     /// the residuals that the system counts as one.
-    fn add_state_prior(&self, list: &[usize], state: &[f64], variance: f64, xx: &mut DMatrix<f64>, gx: &mut DVector<f64>) {
+    fn add_state_prior(
+        &self,
+        list: &[usize],
+        state: &[f64],
+        variance: f64,
+        xx: &mut DMatrix<f64>,
+        gx: &mut DVector<f64>,
+    ) {
         let modal = 2 * self.hypothesis.modes;
         for (c, &i) in list.iter().enumerate() {
             if i >= modal {
-                let precision = variance * (10.0 * self.hypothesis.extra_states[i - modal].1).powi(-2);
+                let precision =
+                    variance * (10.0 * self.hypothesis.extra_states[i - modal].1).powi(-2);
                 xx[(c, c)] += precision;
                 gx[c] -= precision * state[i];
             }
@@ -186,7 +234,9 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut total = self.prior_loss(point);
         let mut sums = Vec::with_capacity(self.data.shots.len());
         for k in 0..self.data.shots.len() {
-            let sum = self.residual(k, point).map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum());
+            let sum = self
+                .residual(k, point)
+                .map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum());
             total += self.loss(k, sum);
             sums.push(sum);
         }
@@ -207,28 +257,53 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let own = h.own[shot.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut knobs = DMatrix::zeros(n, h.shared.len() + own);
-        let mut trial = Point { shared: point.shared.clone(), own: vec![Vec::new(); point.own.len()], states: Vec::new(), stuck: Vec::new() };
+        let mut trial = Point {
+            shared: point.shared.clone(),
+            own: vec![Vec::new(); point.own.len()],
+            states: Vec::new(),
+            stuck: Vec::new(),
+        };
         trial.own[shot.run] = point.own[shot.run].clone();
         let mut state = point.states[k].clone();
         let stride = self.effort.stride;
         let mut out = Vec::new();
-        let mut column = |this: &mut Self, trial: &Point, state: &[f64], step: f64, into: &mut [f64]| -> f64 {
-            let done = this.predictor.predict(shot, &trial.shared, &trial.own[shot.run], state, stuck, used, stride, &mut out);
-            let mut norm = 0.0;
-            if matches!(done, Ok(true)) {
-                for (i, y) in out.iter().enumerate() {
-                    let changed = if shot.trusted[i * stride] { shot.measured[i * stride] - y } else { 0.0 };
-                    let slope = (residual[i] - changed) / step;
-                    into[i] = if slope.is_finite() { slope } else { 0.0 };
-                    norm += into[i] * into[i];
+        let mut column =
+            |this: &mut Self, trial: &Point, state: &[f64], step: f64, into: &mut [f64]| -> f64 {
+                let done = this.predictor.predict(
+                    shot,
+                    &trial.shared,
+                    &trial.own[shot.run],
+                    state,
+                    stuck,
+                    used,
+                    stride,
+                    &mut out,
+                );
+                let mut norm = 0.0;
+                if matches!(done, Ok(true)) {
+                    for (i, y) in out.iter().enumerate() {
+                        let changed = if shot.trusted[i * stride] {
+                            shot.measured[i * stride] - y
+                        } else {
+                            0.0
+                        };
+                        let slope = (residual[i] - changed) / step;
+                        into[i] = if slope.is_finite() { slope } else { 0.0 };
+                        norm += into[i] * into[i];
+                    }
                 }
-            }
-            (norm / n as f64).sqrt() * step.abs()
-        };
+                (norm / n as f64).sqrt() * step.abs()
+            };
         for (c, &i) in list.iter().enumerate() {
             let step = self.state_step[i];
             state[i] += step;
-            let response = column(self, &trial, &state, step, states.column_mut(c).as_mut_slice());
+            let response = column(
+                self,
+                &trial,
+                &state,
+                step,
+                states.column_mut(c).as_mut_slice(),
+            );
             state[i] = point.states[k][i];
             adapt(&mut self.state_step[i], response, target);
         }
@@ -238,32 +313,52 @@ impl<'a, 'b> Fitter<'a, 'b> {
                     let knob = &h.shared[c];
                     let step = towards_inside(knob, point.shared[c], self.shared_step[c]);
                     trial.shared[c] += step;
-                    let response = column(self, &trial, &state, step, knobs.column_mut(c).as_mut_slice());
+                    let response = column(
+                        self,
+                        &trial,
+                        &state,
+                        step,
+                        knobs.column_mut(c).as_mut_slice(),
+                    );
                     trial.shared[c] = point.shared[c];
                     adapt(&mut self.shared_step[c], response, target);
                 }
             }
             for c in 0..own {
                 let knob = &h.own[shot.run][c];
-                let outside = knob.support.is_some_and(|(low, high)| shot.travel_end.max(shot.travel) < low || shot.travel.min(shot.travel_end) > high);
+                let outside = knob.support.is_some_and(|(low, high)| {
+                    shot.travel_end.max(shot.travel) < low
+                        || shot.travel.min(shot.travel_end) > high
+                });
                 if knob.prior_std == 0.0 || outside {
                     continue;
                 }
                 let at = point.own[shot.run][c];
                 let step = towards_inside(knob, at, self.own_step[shot.run][c]);
                 trial.own[shot.run][c] += step;
-                let response = column(self, &trial, &state, step, knobs.column_mut(h.shared.len() + c).as_mut_slice());
+                let response = column(
+                    self,
+                    &trial,
+                    &state,
+                    step,
+                    knobs.column_mut(h.shared.len() + c).as_mut_slice(),
+                );
                 trial.own[shot.run][c] = at;
                 if knob.support.is_none() {
                     adapt(&mut self.own_step[shot.run][c], response, target);
                 }
             }
         }
-        Some(Linear { residual, states, knobs })
+        Some(Linear {
+            residual,
+            states,
+            knobs,
+        })
     }
 
     fn sum(&mut self, k: usize, point: &Point) -> f64 {
-        self.residual(k, point).map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum())
+        self.residual(k, point)
+            .map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum())
     }
 
     /// Fits the start state of one shot alone, from the start it has in `point`.
@@ -272,11 +367,19 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut sum = self.sum(k, point);
         let mut damping = 1e-3;
         for _ in 0..iterations {
-            let Some(l) = self.linearise(k, point) else { break };
+            let Some(l) = self.linearise(k, point) else {
+                break;
+            };
             let list = directions(self.hypothesis, point.stuck[k]);
             let mut xx = l.states.tr_mul(&l.states);
             let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
-            self.add_state_prior(&list, &point.states[k], sum / self.count(k), &mut xx, &mut gx);
+            self.add_state_prior(
+                &list,
+                &point.states[k],
+                sum / self.count(k),
+                &mut xx,
+                &mut gx,
+            );
             let before = sum;
             for _ in 0..4 {
                 if let Some(inverse) = scaled_inverse(&xx, damping) {
@@ -334,14 +437,18 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
         sorted.sort_by(f64::total_cmp);
         // At most the worst third, and only those far above the better half.
-        let limit = (16.0 * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
+        let limit =
+            (16.0 * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
         for k in 0..sums.len() {
             if ratio(self, k, sums[k]) < limit {
                 continue;
             }
             let shot = &self.data.shots[k];
             let mut starts = Vec::new();
-            if k > 0 && self.data.shots[k - 1].run == shot.run && ratio(self, k - 1, sums[k - 1]) < limit {
+            if k > 0
+                && self.data.shots[k - 1].run == shot.run
+                && ratio(self, k - 1, sums[k - 1]) < limit
+            {
                 let _ = self.sum(k - 1, point);
                 if let Ok(start) = self.predictor.carry_on(shot) {
                     starts.push(start);
@@ -349,8 +456,14 @@ impl<'a, 'b> Fitter<'a, 'b> {
             }
             let mut smoothed = shot.state.clone();
             smoothed.resize(point.states[k].len(), 0.0);
-            starts.push(super::predictor::ShotStart { state: smoothed.clone(), stuck: !shot.stuck });
-            starts.push(super::predictor::ShotStart { state: smoothed, stuck: shot.stuck });
+            starts.push(super::predictor::ShotStart {
+                state: smoothed.clone(),
+                stuck: !shot.stuck,
+            });
+            starts.push(super::predictor::ShotStart {
+                state: smoothed,
+                stuck: shot.stuck,
+            });
             let mut best = (sums[k], point.start(k));
             for start in starts {
                 point.states[k] = start.state;
@@ -405,17 +518,34 @@ impl<'a, 'b> Fitter<'a, 'b> {
             }
         }
         let trimmed = self.trimmed(&point, &sums);
-        let mean_square = sums.iter().enumerate().map(|(k, s)| s / self.count(k)).collect();
-        Fit { point, objective, trimmed, mean_square, covariance }
+        let mean_square = sums
+            .iter()
+            .enumerate()
+            .map(|(k, s)| s / self.count(k))
+            .collect();
+        Fit {
+            point,
+            objective,
+            trimmed,
+            mean_square,
+            covariance,
+        }
     }
 
     /// Evaluates a trial; where a shot fared much worse than before, its old start state gets a chance.
-    fn repair(&mut self, mut trial: Point, old: &Point, old_sums: &[f64]) -> (Point, f64, Vec<f64>) {
+    fn repair(
+        &mut self,
+        mut trial: Point,
+        old: &Point,
+        old_sums: &[f64],
+    ) -> (Point, f64, Vec<f64>) {
         let (_, mut sums) = self.evaluate(&trial);
         for k in 0..sums.len() {
             if sums[k] > 4.0 * old_sums[k] {
                 let new = std::mem::replace(&mut trial.states[k], old.states[k].clone());
-                let sum = self.residual(k, &trial).map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum());
+                let sum = self
+                    .residual(k, &trial)
+                    .map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum());
                 if sum < sums[k] {
                     sums[k] = sum;
                 } else {
@@ -428,14 +558,23 @@ impl<'a, 'b> Fitter<'a, 'b> {
     }
 
     fn trimmed(&self, point: &Point, sums: &[f64]) -> f64 {
-        let mut losses: Vec<f64> = sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).collect();
+        let mut losses: Vec<f64> = sums
+            .iter()
+            .enumerate()
+            .map(|(k, s)| self.loss(k, *s))
+            .collect();
         losses.sort_by(f64::total_cmp);
         losses.truncate((losses.len() * 4).div_ceil(5));
         self.prior_loss(point) + losses.iter().sum::<f64>()
     }
 
     fn total(&self, point: &Point, sums: &[f64]) -> f64 {
-        self.prior_loss(point) + sums.iter().enumerate().map(|(k, s)| self.loss(k, *s)).sum::<f64>()
+        self.prior_loss(point)
+            + sums
+                .iter()
+                .enumerate()
+                .map(|(k, s)| self.loss(k, *s))
+                .sum::<f64>()
     }
 }
 
@@ -448,7 +587,11 @@ fn adapt(step: &mut f64, response: f64, target: f64) {
 
 /// A step that stays within the knob's bounds.
 fn towards_inside(knob: &super::knob::Knob, at: f64, step: f64) -> f64 {
-    if knob.clamp(at + step) == at + step { step } else { -step }
+    if knob.clamp(at + step) == at + step {
+        step
+    } else {
+        -step
+    }
 }
 
 /// The weighted normal equations, with each shot's start state eliminated.
@@ -472,6 +615,9 @@ struct Block {
     kk: DMatrix<f64>,
     gk: DVector<f64>,
 }
+
+/// Matrix and gradient of the knobs, and the inverse of each shot's block of start states.
+type Reduced = (DMatrix<f64>, DVector<f64>, Vec<Option<DMatrix<f64>>>);
 
 impl Normal {
     fn assemble(f: &mut Fitter, point: &Point, sums: &[f64]) -> Self {
@@ -506,11 +652,21 @@ impl Normal {
             let mut gx = weight * l.states.tr_mul(&r);
             f.add_state_prior(&list, &point.states[k], 1.0, &mut xx, &mut gx);
             let first = normal.own_first[shot.run];
-            let columns: Vec<usize> = (0..shared).chain(first..first + h.own[shot.run].len()).collect();
+            let columns: Vec<usize> = (0..shared)
+                .chain(first..first + h.own[shot.run].len())
+                .collect();
             let xk = weight * l.states.tr_mul(&l.knobs);
             let kk = weight * l.knobs.tr_mul(&l.knobs);
             let gk = weight * l.knobs.tr_mul(&r);
-            normal.blocks.push(Some(Block { xx, xk, gx, list, columns, kk, gk }));
+            normal.blocks.push(Some(Block {
+                xx,
+                xk,
+                gx,
+                list,
+                columns,
+                kk,
+                gk,
+            }));
         }
         let mut prior = |c: usize, knob: &super::knob::Knob, u: f64| {
             if knob.prior_std > 0.0 {
@@ -543,7 +699,7 @@ impl Normal {
     }
 
     /// The reduced system of the knobs at a damping: `H + damping diag(H)`.
-    fn reduced(&self, damping: f64) -> Option<(DMatrix<f64>, DVector<f64>, Vec<Option<DMatrix<f64>>>)> {
+    fn reduced(&self, damping: f64) -> Option<Reduced> {
         let mut matrix = self.matrix.clone();
         let mut gradient = self.gradient.clone();
         for i in 0..matrix.nrows() {
@@ -599,7 +755,9 @@ impl Normal {
             }
         }
         for (k, block) in self.blocks.iter().enumerate() {
-            let (Some(b), Some(inverse)) = (block, &inverses[k]) else { continue };
+            let (Some(b), Some(inverse)) = (block, &inverses[k]) else {
+                continue;
+            };
             let part = DVector::from_iterator(b.columns.len(), b.columns.iter().map(|&c| moved[c]));
             let step = inverse * (&b.gx - &b.xk * part);
             for (c, &i) in b.list.iter().enumerate() {
@@ -610,9 +768,13 @@ impl Normal {
     }
 
     fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (matrix, _, _) = self.reduced(0.0)?;
-        let inverse = scaled_inverse(&matrix, 0.0)?;
-        Some(inverse.view((0, 0), (self.shared, self.shared)).into_owned())
+        let (matrix, _, _) = self.reduced(1e-9)?;
+        let inverse = scaled_inverse(&matrix, 1e-9)?;
+        Some(
+            inverse
+                .view((0, 0), (self.shared, self.shared))
+                .into_owned(),
+        )
     }
 }
 
@@ -625,24 +787,41 @@ fn limited(step: f64, knob: &super::knob::Knob) -> f64 {
 }
 
 fn scaling(matrix: &DMatrix<f64>) -> DVector<f64> {
-    DVector::from_iterator(matrix.nrows(), (0..matrix.nrows()).map(|i| if matrix[(i, i)] > 0.0 { matrix[(i, i)].sqrt().recip() } else { 1.0 }))
+    DVector::from_iterator(
+        matrix.nrows(),
+        (0..matrix.nrows()).map(|i| {
+            if matrix[(i, i)] > 0.0 {
+                matrix[(i, i)].sqrt().recip()
+            } else {
+                1.0
+            }
+        }),
+    )
 }
 
 fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>, damping: f64) -> DMatrix<f64> {
     DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         let value = matrix[(i, j)] * scale[i] * scale[j];
-        if i == j { value.max(1e-14) * (1.0 + damping) + 1e-13 } else { value }
+        if i == j {
+            value.max(1e-14) * (1.0 + damping) + 1e-13
+        } else {
+            value
+        }
     })
 }
 
 fn scaled_solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let scale = scaling(matrix);
-    let solution = scaled(matrix, &scale, 0.0).cholesky()?.solve(&right.component_mul(&scale));
+    let solution = scaled(matrix, &scale, 0.0)
+        .cholesky()?
+        .solve(&right.component_mul(&scale));
     Some(solution.component_mul(&scale))
 }
 
 pub(super) fn scaled_inverse(matrix: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
     let scale = scaling(matrix);
     let inverse = scaled(matrix, &scale, damping).cholesky()?.inverse();
-    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] * scale[i] * scale[j]))
+    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
 }

@@ -14,7 +14,10 @@ const RUNAWAY: f64 = 5.0;
 
 fn reach(displacement: &[f64]) -> f64 {
     let mean = displacement.iter().sum::<f64>() / displacement.len() as f64;
-    displacement.iter().map(|d| (d - mean).abs()).fold(0.0, f64::max)
+    displacement
+        .iter()
+        .map(|d| (d - mean).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Values of everything that can be turned, and the start states of all shots.
@@ -43,8 +46,16 @@ impl Point {
     /// The priors' centres and the smoothed start states.
     pub fn centre(hypothesis: &Hypothesis, shots: &[Shot]) -> Self {
         Self {
-            shared: hypothesis.shared.iter().map(|k| k.position(k.prior)).collect(),
-            own: hypothesis.own.iter().map(|run| run.iter().map(|k| k.position(k.prior)).collect()).collect(),
+            shared: hypothesis
+                .shared
+                .iter()
+                .map(|k| k.position(k.prior))
+                .collect(),
+            own: hypothesis
+                .own
+                .iter()
+                .map(|run| run.iter().map(|k| k.position(k.prior)).collect())
+                .collect(),
             states: shots
                 .iter()
                 .map(|s| {
@@ -59,7 +70,10 @@ impl Point {
 
     /// The start of shot `k`.
     pub fn start(&self, k: usize) -> ShotStart {
-        ShotStart { state: self.states[k].clone(), stuck: self.stuck[k] }
+        ShotStart {
+            state: self.states[k].clone(),
+            stuck: self.stuck[k],
+        }
     }
 }
 
@@ -84,7 +98,12 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// An FMU that refuses to be instantiated.
-    pub fn new(fmu: &Fmu, references: &'a References, runs: &'a [Run], hypothesis: &'a Hypothesis) -> Result<Self, Error> {
+    pub fn new(
+        fmu: &Fmu,
+        references: &'a References,
+        runs: &'a [Run],
+        hypothesis: &'a Hypothesis,
+    ) -> Result<Self, Error> {
         Ok(Self {
             instance: fmu.instantiate("diagnosis")?,
             references,
@@ -109,7 +128,17 @@ impl<'a> Predictor<'a> {
     /// # Errors
     /// Values that the FMU refuses, or a motion that it can't follow.
     #[allow(clippy::too_many_arguments)]
-    pub fn predict(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64], stuck: bool, used: usize, stride: usize, out: &mut Vec<f64>) -> Result<bool, Error> {
+    pub fn predict(
+        &mut self,
+        shot: &Shot,
+        shared: &[f64],
+        own: &[f64],
+        state: &[f64],
+        stuck: bool,
+        used: usize,
+        stride: usize,
+        out: &mut Vec<f64>,
+    ) -> Result<bool, Error> {
         self.count += 1;
         let h = self.hypothesis;
         let r = self.references;
@@ -123,7 +152,12 @@ impl<'a> Predictor<'a> {
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
         }
-        for (knob, &position) in h.shared.iter().zip(shared).chain(h.own[shot.run].iter().zip(own)) {
+        for (knob, &position) in h
+            .shared
+            .iter()
+            .zip(shared)
+            .chain(h.own[shot.run].iter().zip(own))
+        {
             for &(reference, factor) in &knob.targets {
                 self.push(reference, factor * knob.value(position));
             }
@@ -184,6 +218,9 @@ impl<'a> Predictor<'a> {
         self.instance.get_integer(&[r.contact_mode], &mut mode)?;
         // Deviations of the effects' states from equilibrium are not carried over.
         state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
-        Ok(ShotStart { state, stuck: mode[0] == 0 })
+        Ok(ShotStart {
+            state,
+            stuck: mode[0] == 0,
+        })
     }
 }

@@ -25,12 +25,21 @@ pub struct Replay {
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn replay(session: &Session, hypothesis: &Hypothesis, judgement: &Judgement) -> Result<Vec<Replay>, Error> {
+pub fn replay(
+    session: &Session,
+    hypothesis: &Hypothesis,
+    judgement: &Judgement,
+) -> Result<Vec<Replay>, Error> {
     let force = session.fmu.variable(FORCE).ok().map(|v| v.reference);
-    let observed = observing(&session.references, force.unwrap_or(session.references.measured));
+    let observed = observing(
+        &session.references,
+        force.unwrap_or(session.references.measured),
+    );
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     let places: Vec<usize> = (0..judgement.shots.len()).collect();
-    let parts: Vec<&[usize]> = places.chunks(places.len().div_ceil(threads).max(1)).collect();
+    let parts: Vec<&[usize]> = places
+        .chunks(places.len().div_ceil(threads).max(1))
+        .collect();
     let results = parallel(&parts, |part| {
         let runs = &session.campaign.runs;
         let mut motion = Predictor::new(session.fmu, &session.references, runs, hypothesis)?;
@@ -40,14 +49,21 @@ pub fn replay(session: &Session, hypothesis: &Hypothesis, judgement: &Judgement)
             let shot = &session.shots[index];
             let displacement = run_shot(&mut motion, shot, judgement, i);
             // Another output must not be compared with the measured displacement.
-            let free = Shot { measured: vec![f64::NAN; shot.measured.len()], ..shot.clone() };
+            let free = Shot {
+                measured: vec![f64::NAN; shot.measured.len()],
+                ..shot.clone()
+            };
             let whole = displacement.last().is_some_and(|d| d.is_finite());
             let force = if whole && force.is_some() {
                 run_shot(&mut contact, &free, judgement, i)
             } else {
                 vec![f64::NAN; shot.time.len()]
             };
-            Replay { shot: index, displacement, force }
+            Replay {
+                shot: index,
+                displacement,
+                force,
+            }
         };
         Ok(part.iter().map(one).collect::<Vec<Replay>>())
     })?;
@@ -55,12 +71,26 @@ pub fn replay(session: &Session, hypothesis: &Hypothesis, judgement: &Judgement)
 }
 
 /// One output over a shot, filled up with NaN where the FMU or the prediction gave up.
-fn run_shot(predictor: &mut Predictor, shot: &Shot, judgement: &Judgement, place: usize) -> Vec<f64> {
+fn run_shot(
+    predictor: &mut Predictor,
+    shot: &Shot,
+    judgement: &Judgement,
+    place: usize,
+) -> Vec<f64> {
     let point = &judgement.point;
     let mut out = Vec::with_capacity(shot.time.len());
     let own = &point.own[shot.run];
     // A state that the FMU can't start from leaves the picture empty at this shot.
-    let _ = predictor.predict(shot, &point.shared, own, &point.states[place], point.stuck[place], shot.time.len(), 1, &mut out);
+    let _ = predictor.predict(
+        shot,
+        &point.shared,
+        own,
+        &point.states[place],
+        point.stuck[place],
+        shot.time.len(),
+        1,
+        &mut out,
+    );
     out.resize(shot.time.len(), f64::NAN);
     out
 }

@@ -20,19 +20,34 @@ fn by_phase(session: &Session, fit: &Judgement) -> Value {
         let shot = &session.shots[k];
         let run = &session.campaign.runs[shot.run];
         let phases = &session.smoothings[shot.run].stick_slip.phases;
-        let (start, end) = (shot.time[0] - run.time[0], shot.time[shot.time.len() - 1] - run.time[0]);
+        let (start, end) = (
+            shot.time[0] - run.time[0],
+            shot.time[shot.time.len() - 1] - run.time[0],
+        );
         let stick: f64 = phases
             .iter()
             .filter(|p| p.mode == PhaseMode::Stick)
             .map(|p| (p.end.min(end) - p.start.max(start)).max(0.0))
             .sum::<f64>()
             / (end - start);
-        let class = if stick > 0.95 { 0 } else if stick > 0.05 { 1 } else { 2 };
+        let class = if stick > 0.95 {
+            0
+        } else if stick > 0.05 {
+            1
+        } else {
+            2
+        };
         let error = (m / session.noise[shot.run].powi(2)).min(1e8).ln();
         sums[class].0 += error;
         sums[class].1 += 1.0;
     }
-    let mean = |i: usize| if sums[i].1 > 0.0 { (0.5 * sums[i].0 / sums[i].1).exp() } else { f64::NAN };
+    let mean = |i: usize| {
+        if sums[i].1 > 0.0 {
+            (0.5 * sums[i].0 / sums[i].1).exp()
+        } else {
+            f64::NAN
+        }
+    };
     json!({ "stick": mean(0), "with_transitions": mean(1), "slip": mean(2), "unit": "geometric mean error over noise" })
 }
 

@@ -42,12 +42,30 @@ struct ShotNormal {
 }
 
 /// The strongest lines of a periodic effect around a fitted point; empty for other effects.
-pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data: &Data, point: &Point, stride: usize, most: usize) -> Vec<Line> {
-    let Some((amplitude, shape)) = periodic(effect) else { return Vec::new() };
-    let argument = if effect.parameters[shape].unit == "Hz" { Argument::Time } else { Argument::Travel };
+pub fn lines(
+    predictor: &mut Predictor,
+    h: &Hypothesis,
+    effect: &Candidate,
+    data: &Data,
+    point: &Point,
+    stride: usize,
+    most: usize,
+) -> Vec<Line> {
+    let Some((amplitude, shape)) = periodic(effect) else {
+        return Vec::new();
+    };
+    let argument = if effect.parameters[shape].unit == "Hz" {
+        Argument::Time
+    } else {
+        Argument::Travel
+    };
     let index = |i: usize| h.shared_index(&format!("{}.{}", effect.id, effect.parameters[i].name));
-    let (Some(a), Some(f)) = (index(amplitude), index(shape)) else { return Vec::new() };
-    let phase = h.own[0].iter().position(|k| k.name.starts_with(&effect.id) && k.name.ends_with("phase"));
+    let (Some(a), Some(f)) = (index(amplitude), index(shape)) else {
+        return Vec::new();
+    };
+    let phase = h.own[0]
+        .iter()
+        .position(|k| k.name.starts_with(&effect.id) && k.name.ends_with("phase"));
     let Some(p) = phase else { return Vec::new() };
     let span = |s: &Shot| match argument {
         Argument::Time => s.time[s.time.len() - 1] - s.time[0],
@@ -57,7 +75,11 @@ pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data
     let whole = range(data.shots, argument);
     // As frequency or wave number per unit of the argument.
     let bounds = &effect.parameters[shape];
-    let (low, high) = if argument == Argument::Time { (bounds.min, bounds.max) } else { (bounds.max.recip(), bounds.min.recip()) };
+    let (low, high) = if argument == Argument::Time {
+        (bounds.min, bounds.max)
+    } else {
+        (bounds.max.recip(), bounds.min.recip())
+    };
     let low = low.max(0.3 / whole);
     let coarse = 0.5 / widest;
     let fine = 0.2 / whole;
@@ -65,29 +87,61 @@ pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data
     // Weak enough to be linear.
     probe.shared[a] = 0.05 * effect.parameters[amplitude].typical;
     let strength = probe.shared[a];
-    let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.shots.len()).map(|k| baseline(predictor, data, point, a, k, stride)).collect();
-    let states: Vec<Option<DMatrix<f64>>> = (0..data.shots.len()).map(|k| base[k].as_ref().and_then(|(y, _)| projector(predictor, h, data, point, a, k, stride, y))).collect();
+    let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.shots.len())
+        .map(|k| baseline(predictor, data, point, a, k, stride))
+        .collect();
+    let states: Vec<Option<DMatrix<f64>>> = (0..data.shots.len())
+        .map(|k| {
+            base[k]
+                .as_ref()
+                .and_then(|(y, _)| projector(predictor, h, data, point, a, k, stride, y))
+        })
+        .collect();
     let mut found: Vec<Line> = Vec::new();
     let mut centre = low + 0.5 * coarse;
     while centre - 0.5 * coarse < high {
-        let value = if argument == Argument::Time { centre } else { centre.recip() };
+        let value = if argument == Argument::Time {
+            centre
+        } else {
+            centre.recip()
+        };
         probe.shared[f] = h.shared[f].position(value);
         let mut normals = Vec::new();
         for k in 0..data.shots.len() {
-            let (Some((y, residual)), Some(remove)) = (&base[k], &states[k]) else { continue };
+            let (Some((y, residual)), Some(remove)) = (&base[k], &states[k]) else {
+                continue;
+            };
             let shot = &data.shots[k];
             let mut columns = Vec::new();
             for angle in [0.0, -0.25 * TAU] {
                 probe.own[shot.run][p] = angle;
                 let mut out = Vec::new();
-                if predictor.predict(shot, &probe.shared, &probe.own[shot.run], &probe.states[k], probe.stuck[k], shot.time.len(), stride, &mut out).is_ok_and(|done| done) {
-                    columns.push(DVector::from_iterator(y.len(), out.iter().zip(y).map(|(b, a)| (b - a) / strength)));
+                if predictor
+                    .predict(
+                        shot,
+                        &probe.shared,
+                        &probe.own[shot.run],
+                        &probe.states[k],
+                        probe.stuck[k],
+                        shot.time.len(),
+                        stride,
+                        &mut out,
+                    )
+                    .is_ok_and(|done| done)
+                {
+                    columns.push(DVector::from_iterator(
+                        y.len(),
+                        out.iter().zip(y).map(|(b, a)| (b - a) / strength),
+                    ));
                 }
             }
             if columns.len() < 2 {
                 continue;
             }
-            let clean: Vec<DVector<f64>> = columns.iter().map(|c| c - remove * (remove.tr_mul(c))).collect();
+            let clean: Vec<DVector<f64>> = columns
+                .iter()
+                .map(|c| c - remove * (remove.tr_mul(c)))
+                .collect();
             let r = DVector::from_column_slice(residual);
             let r = &r - remove * remove.tr_mul(&r);
             let noise = data.noise[shot.run];
@@ -99,7 +153,9 @@ pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data
             normals.push(ShotNormal {
                 run: shot.run,
                 middle,
-                matrix: std::array::from_fn(|i| std::array::from_fn(|j| weight * clean[i].dot(&clean[j]))),
+                matrix: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| weight * clean[i].dot(&clean[j]))
+                }),
                 right: std::array::from_fn(|i| weight * clean[i].dot(&r)),
             });
         }
@@ -108,8 +164,23 @@ pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data
             let at = centre + shift;
             if at >= low && at <= high {
                 let (gain, amplitude, phase) = spectrum(&normals, shift, h.own.len());
-                let value = if argument == Argument::Time { at } else { at.recip() };
-                insert(&mut found, Line { value, amplitude, phase, gain }, most, fine * 3.0, argument == Argument::Travel);
+                let value = if argument == Argument::Time {
+                    at
+                } else {
+                    at.recip()
+                };
+                insert(
+                    &mut found,
+                    Line {
+                        value,
+                        amplitude,
+                        phase,
+                        gain,
+                    },
+                    most,
+                    fine * 3.0,
+                    argument == Argument::Travel,
+                );
             }
             shift += fine;
         }
@@ -121,7 +192,10 @@ pub fn lines(predictor: &mut Predictor, h: &Hypothesis, effect: &Candidate, data
 /// Indices of amplitude and frequency or wavelength, if the effect is periodic.
 fn periodic(effect: &Candidate) -> Option<(usize, usize)> {
     effect.find_role(Role::Phase)?;
-    Some((effect.find_role(Role::Amplitude)?, effect.find_role(Role::Shape)?))
+    Some((
+        effect.find_role(Role::Amplitude)?,
+        effect.find_role(Role::Shape)?,
+    ))
 }
 
 fn range(shots: &[Shot], argument: Argument) -> f64 {
@@ -130,7 +204,11 @@ fn range(shots: &[Shot], argument: Argument) -> f64 {
     for run in 0..runs {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for s in shots.iter().filter(|s| s.run == run) {
-            let (a, b) = if argument == Argument::Time { (s.time[0], s.time[s.time.len() - 1]) } else { (s.travel, s.travel_end) };
+            let (a, b) = if argument == Argument::Time {
+                (s.time[0], s.time[s.time.len() - 1])
+            } else {
+                (s.travel, s.travel_end)
+            };
             low = low.min(a.min(b));
             high = high.max(a.max(b));
         }
@@ -140,19 +218,57 @@ fn range(shots: &[Shot], argument: Argument) -> f64 {
 }
 
 /// Prediction and residual without the effect.
-fn baseline(predictor: &mut Predictor, data: &Data, point: &Point, a: usize, k: usize, stride: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+fn baseline(
+    predictor: &mut Predictor,
+    data: &Data,
+    point: &Point,
+    a: usize,
+    k: usize,
+    stride: usize,
+) -> Option<(Vec<f64>, Vec<f64>)> {
     let shot = &data.shots[k];
     let mut shared = point.shared.clone();
     shared[a] = 0.0;
     let mut out = Vec::new();
-    predictor.predict(shot, &shared, &point.own[shot.run], &point.states[k], point.stuck[k], shot.time.len(), stride, &mut out).ok().filter(|done| *done)?;
-    let residual = out.iter().enumerate().map(|(i, y)| if shot.trusted[i * stride] { shot.measured[i * stride] - y } else { 0.0 }).collect();
+    predictor
+        .predict(
+            shot,
+            &shared,
+            &point.own[shot.run],
+            &point.states[k],
+            point.stuck[k],
+            shot.time.len(),
+            stride,
+            &mut out,
+        )
+        .ok()
+        .filter(|done| *done)?;
+    let residual = out
+        .iter()
+        .enumerate()
+        .map(|(i, y)| {
+            if shot.trusted[i * stride] {
+                shot.measured[i * stride] - y
+            } else {
+                0.0
+            }
+        })
+        .collect();
     Some((out, residual))
 }
 
 /// Orthonormal basis of what the start state and a constant offset of friction can explain.
 #[allow(clippy::too_many_arguments)]
-fn projector(predictor: &mut Predictor, h: &Hypothesis, data: &Data, point: &Point, a: usize, k: usize, stride: usize, y: &[f64]) -> Option<DMatrix<f64>> {
+fn projector(
+    predictor: &mut Predictor,
+    h: &Hypothesis,
+    data: &Data,
+    point: &Point,
+    a: usize,
+    k: usize,
+    stride: usize,
+    y: &[f64],
+) -> Option<DMatrix<f64>> {
     let shot = &data.shots[k];
     let list = directions(h, point.stuck[k]);
     let mut shared = point.shared.clone();
@@ -163,7 +279,19 @@ fn projector(predictor: &mut Predictor, h: &Hypothesis, data: &Data, point: &Poi
         let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
         state[i] += step;
         let mut out = Vec::new();
-        predictor.predict(shot, &shared, &point.own[shot.run], &state, point.stuck[k], shot.time.len(), stride, &mut out).ok().filter(|done| *done)?;
+        predictor
+            .predict(
+                shot,
+                &shared,
+                &point.own[shot.run],
+                &state,
+                point.stuck[k],
+                shot.time.len(),
+                stride,
+                &mut out,
+            )
+            .ok()
+            .filter(|done| *done)?;
         for (row, (b, a)) in out.iter().zip(y).enumerate() {
             matrix[(row, c)] = (b - a) / step;
         }
@@ -215,7 +343,10 @@ fn spectrum(normals: &[ShotNormal], shift: f64, runs: usize) -> (f64, f64, Vec<f
 /// Keeps the strongest lines, at least `apart` from one another.
 fn insert(found: &mut Vec<Line>, line: Line, most: usize, apart: f64, is_length: bool) {
     let wave = |v: f64| if is_length { v.recip() } else { v };
-    if let Some(near) = found.iter_mut().find(|l| (wave(l.value) - wave(line.value)).abs() < apart) {
+    if let Some(near) = found
+        .iter_mut()
+        .find(|l| (wave(l.value) - wave(line.value)).abs() < apart)
+    {
         if line.gain > near.gain {
             *near = line;
         }

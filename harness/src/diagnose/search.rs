@@ -34,17 +34,60 @@ pub struct Trial {
 
 /// The effort of a search.
 pub fn effort(iterations: usize) -> Effort {
-    Effort { iterations, stride: STRIDE, share: 1.0, tolerance: 1e-3, knobs: true, shared: true, revive: true }
+    Effort {
+        iterations,
+        stride: STRIDE,
+        share: 1.0,
+        tolerance: 1e-3,
+        knobs: true,
+        shared: true,
+        revive: true,
+    }
 }
+
+/// How thorough a search is.
+#[derive(Debug, Clone, Copy)]
+pub struct Depth {
+    /// Jacobians for a first look at a start.
+    pub look: usize,
+    /// Starts that are followed to the end.
+    pub followed: usize,
+    /// Jacobians for these.
+    pub climb: usize,
+}
+
+/// Every start is looked at, the best two are followed to the end.
+pub const THOROUGH: Depth = Depth {
+    look: LOOK,
+    followed: FOLLOWED,
+    climb: CLIMB,
+};
+/// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
+pub const BRIEF: Depth = Depth {
+    look: 2,
+    followed: 1,
+    climb: 5,
+};
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
 pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
     let card = &session.catalogue[effect];
     let is_profile = card.parameters.iter().any(|p| p.role == Role::Node);
-    let switch = card.parameters.iter().position(|p| p.role == Role::Setting && p.min == 0.0 && p.max == 1.0);
+    let switch = card
+        .parameters
+        .iter()
+        .position(|p| p.role == Role::Setting && p.min == 0.0 && p.max == 1.0);
     match switch {
-        Some(index) if !is_profile => (0..2).map(|v| Choice { effect, settings: vec![(index, f64::from(v))] }).collect(),
-        _ => vec![Choice { effect, settings: Vec::new() }],
+        Some(index) if !is_profile => (0..2)
+            .map(|v| Choice {
+                effect,
+                settings: vec![(index, f64::from(v))],
+            })
+            .collect(),
+        _ => vec![Choice {
+            effect,
+            settings: Vec::new(),
+        }],
     }
 }
 
@@ -55,27 +98,59 @@ pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Trial) -> Result<Trial, Error> {
+pub fn search(
+    session: &Session,
+    choices: &[Choice],
+    shots: &[Shot],
+    base: &Trial,
+    depth: Depth,
+) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(choices)?;
     let new = choices.last().expect("a search adds an effect").effect;
-    let data = Data { shots, noise: &session.noise, weight: 1.0 };
-    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &hypothesis)?;
+    let data = Data {
+        shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
+    let mut predictor = Predictor::new(
+        session.fmu,
+        &session.references,
+        &session.campaign.runs,
+        &hypothesis,
+    )?;
     let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
     let mut looks: Vec<Fit> = starts
         .into_iter()
-        .map(|start| Fitter::new(&mut predictor, &hypothesis, &data, Effort { share: LOOK_SHARE, revive: false, ..effort(LOOK) }).run(start))
+        .map(|start| {
+            Fitter::new(
+                &mut predictor,
+                &hypothesis,
+                &data,
+                Effort {
+                    share: LOOK_SHARE,
+                    revive: false,
+                    ..effort(depth.look)
+                },
+            )
+            .run(start)
+        })
         .collect();
     looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
     let mut best: Option<Fit> = None;
-    for look in looks.into_iter().take(FOLLOWED) {
-        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB)).run(look.point);
+    for look in looks.into_iter().take(depth.followed) {
+        let fit =
+            Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(look.point);
         if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
             best = Some(fit);
         }
     }
     let fit = best.expect("there is at least one start");
     let simulations = predictor.count;
-    Ok(Trial { hypothesis, fit, simulations })
+    Ok(Trial {
+        hypothesis,
+        fit,
+        simulations,
+    })
 }
 
 /// The fit of the reference model itself.
@@ -84,12 +159,25 @@ pub fn search(session: &Session, choices: &[Choice], shots: &[Shot], base: &Tria
 /// An FMU that can't be instantiated.
 pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(&[])?;
-    let data = Data { shots, noise: &session.noise, weight: 1.0 };
-    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &hypothesis)?;
+    let data = Data {
+        shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
+    let mut predictor = Predictor::new(
+        session.fmu,
+        &session.references,
+        &session.campaign.runs,
+        &hypothesis,
+    )?;
     let start = Point::centre(&hypothesis, shots);
     let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(LOOK + CLIMB)).run(start);
     let simulations = predictor.count;
-    Ok(Trial { hypothesis, fit, simulations })
+    Ok(Trial {
+        hypothesis,
+        fit,
+        simulations,
+    })
 }
 
 /// A point of the larger hypothesis that agrees with a point of the smaller one.
@@ -111,7 +199,11 @@ pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
     for (k, state) in out.states.iter_mut().enumerate() {
         state[..modal].copy_from_slice(&base.fit.point.states[k][..modal]);
         for (i, (reference, _)) in base.hypothesis.extra_states.iter().enumerate() {
-            if let Some(j) = hypothesis.extra_states.iter().position(|s| s.0 == *reference) {
+            if let Some(j) = hypothesis
+                .extra_states
+                .iter()
+                .position(|s| s.0 == *reference)
+            {
                 state[modal + j] = base.fit.point.states[k][modal + i];
             }
         }
@@ -120,14 +212,26 @@ pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
     out
 }
 
-fn starts(session: &Session, h: &Hypothesis, new: usize, base: &Trial, data: &Data, predictor: &mut Predictor) -> Vec<Point> {
+fn starts(
+    session: &Session,
+    h: &Hypothesis,
+    new: usize,
+    base: &Trial,
+    data: &Data,
+    predictor: &mut Predictor,
+) -> Vec<Point> {
     let effect = &session.catalogue[new];
     let centre = Point::centre(h, data.shots);
     let from_base = widen(base, h, &centre);
     // Effects known already keep their fitted values also where all else starts from the priors.
     let mut fresh = centre.clone();
     for (i, knob) in h.shared.iter().enumerate() {
-        if base.hypothesis.shared_index(&knob.name).is_some() && knob.name.split_once('.').is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id)) {
+        if base.hypothesis.shared_index(&knob.name).is_some()
+            && knob
+                .name
+                .split_once('.')
+                .is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id))
+        {
             fresh.shared[i] = from_base.shared[i];
         }
     }
@@ -144,25 +248,37 @@ fn starts(session: &Session, h: &Hypothesis, new: usize, base: &Trial, data: &Da
         return periodic_starts(h, effect, data, predictor, &from_base, &fresh);
     }
     let amplitude = effect.find_role(Role::Amplitude);
-    let shapes: Vec<usize> = (0..effect.parameters.len()).filter(|&i| effect.parameters[i].role == Role::Shape).collect();
+    let shapes: Vec<usize> = (0..effect.parameters.len())
+        .filter(|&i| effect.parameters[i].role == Role::Shape)
+        .collect();
     let mut out = Vec::new();
     let grid = shape_grid(session, new, &shapes);
     let strengths: Vec<f64> = match amplitude {
         None => vec![f64::NAN],
-        Some(a) if effect.parameters[a].min < 0.0 => vec![effect.parameters[a].typical, -effect.parameters[a].typical],
+        Some(a) if effect.parameters[a].min < 0.0 => {
+            vec![effect.parameters[a].typical, -effect.parameters[a].typical]
+        }
         Some(a) => vec![effect.parameters[a].typical],
     };
     for shape in &grid {
-        for &strength in &strengths {
-            let mut values: Vec<(usize, f64)> = shapes.iter().zip(shape).filter_map(|(&i, v)| Some((index(&effect.parameters[i].name)?, *v))).collect();
+        for (sign, &strength) in strengths.iter().enumerate() {
+            let mut values: Vec<(usize, f64)> = shapes
+                .iter()
+                .zip(shape)
+                .filter_map(|(&i, v)| Some((index(&effect.parameters[i].name)?, *v)))
+                .collect();
             if let (Some(a), true) = (amplitude, strength.is_finite()) {
-                let Some(i) = index(&effect.parameters[a].name) else { continue };
+                let Some(i) = index(&effect.parameters[a].name) else {
+                    continue;
+                };
                 values.push((i, strength));
                 out.push(with(&fresh, &values));
                 // From the calibrated model, with the effect barely on.
-                values.pop();
-                values.push((i, 0.02 * strength));
-                out.push(with(&from_base, &values));
+                if sign == 0 {
+                    values.pop();
+                    values.push((i, 0.02 * strength));
+                    out.push(with(&from_base, &values));
+                }
             } else {
                 out.push(with(&fresh, &values));
             }
@@ -181,13 +297,17 @@ fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
     let mut grid = vec![typical.clone()];
     let factors: &[f64] = match shapes.len() {
         0 => &[],
-        1 => &[0.12, 0.35, 3.0, 9.0],
+        1 => &[0.2, 5.0],
         _ => &[0.3, 3.0],
     };
     for (axis, &i) in shapes.iter().enumerate() {
         // A frequency is known to tens of percent, but must be met closely; the other shapes to a factor.
         let near = [0.82, 0.87, 0.91, 0.95, 1.05, 1.1, 1.15, 1.21];
-        let factors = if parameters[i].unit == "Hz" { &near[..] } else { factors };
+        let factors = if parameters[i].unit == "Hz" {
+            &near[..]
+        } else {
+            factors
+        };
         for factor in factors {
             let value = typical[axis] * factor;
             if value >= parameters[i].min && value <= parameters[i].max {
@@ -200,11 +320,27 @@ fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
     grid
 }
 
-fn periodic_starts(h: &Hypothesis, effect: &super::candidate::Candidate, data: &Data, predictor: &mut Predictor, from_base: &Point, fresh: &Point) -> Vec<Point> {
+fn periodic_starts(
+    h: &Hypothesis,
+    effect: &super::candidate::Candidate,
+    data: &Data,
+    predictor: &mut Predictor,
+    from_base: &Point,
+    fresh: &Point,
+) -> Vec<Point> {
     let mut out = Vec::new();
-    let name = |role: Role| effect.find_role(role).map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
-    let (Some(a), Some(f), Some(p)) = (name(Role::Amplitude), name(Role::Shape), name(Role::Phase)) else { return vec![from_base.clone()] };
-    let (Some(a), Some(f)) = (h.shared_index(&a), h.shared_index(&f)) else { return vec![from_base.clone()] };
+    let name = |role: Role| {
+        effect
+            .find_role(role)
+            .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name))
+    };
+    let (Some(a), Some(f), Some(p)) = (name(Role::Amplitude), name(Role::Shape), name(Role::Phase))
+    else {
+        return vec![from_base.clone()];
+    };
+    let (Some(a), Some(f)) = (h.shared_index(&a), h.shared_index(&f)) else {
+        return vec![from_base.clone()];
+    };
     for line in scan::lines(predictor, h, effect, data, from_base, STRIDE, LINES) {
         for origin in [from_base, fresh] {
             let mut point = origin.clone();

@@ -3,7 +3,7 @@
 use super::hypothesis::Choice;
 use super::judge::{self, Judgement};
 use super::knob::Knob;
-use super::search::{self, Trial, baseline, search, variants};
+use super::search::{self, BRIEF, THOROUGH, Trial, baseline, search, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
@@ -12,7 +12,11 @@ use std::sync::Mutex;
 /// Every how many-th pair of shots is used while candidates are compared.
 const SCREEN_EVERY: usize = 3;
 /// Single effects with which pairs are formed when none alone is enough.
-const PAIR_LEADERS: usize = 4;
+const PAIR_LEADERS: usize = 3;
+/// A score above this many times that of a hypothesis at the noise floor rules another one out.
+const CLEARLY_WORSE: f64 = 1.5;
+/// A pair whose median error over the noise is below this after a brief search gets a thorough one.
+const PROMISING: f64 = 4.0;
 /// Effects added at most.
 pub const MOST_EFFECTS: usize = 2;
 /// A hypothesis explains the data if the median error is at most this many times the noise, ...
@@ -43,13 +47,26 @@ pub struct Contender {
 impl Contender {
     fn new(session: &Session, choices: Vec<Choice>, trial: Trial, shots: &[usize]) -> Self {
         let fit = judge::of_fit(session, shots, &trial.fit);
-        Self { choices, trial, fit, holdout: None }
+        Self {
+            choices,
+            trial,
+            fit,
+            holdout: None,
+        }
     }
 
     /// Number of parameters, those of the runs included.
     pub fn size(&self) -> usize {
         let free = |k: &&Knob| k.prior_std > 0.0;
-        self.trial.hypothesis.shared.iter().filter(free).count() + self.trial.hypothesis.own.iter().flatten().filter(free).count()
+        self.trial.hypothesis.shared.iter().filter(free).count()
+            + self
+                .trial
+                .hypothesis
+                .own
+                .iter()
+                .flatten()
+                .filter(free)
+                .count()
     }
 
     /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.
@@ -97,13 +114,24 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let (as_given, as_given_holdout) = as_given(session, &indices, &shots)?;
     let base = baseline(session, &shots)?;
     let base_trial = Contender::new(session, Vec::new(), base, &indices);
-    let list: Vec<Choice> = (0..session.catalogue.len()).flat_map(|e| variants(session, e)).collect();
+    let list: Vec<Choice> = (0..session.catalogue.len())
+        .flat_map(|e| variants(session, e))
+        .collect();
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
-    let mut singles = compete(session, &jobs, &[&base_trial], &indices, &shots, watch)?;
+    let mut singles = compete(
+        session,
+        &jobs,
+        &[&base_trial],
+        &indices,
+        &shots,
+        samples,
+        watch,
+    )?;
     singles.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
     // The reference model gets another try from each of the best candidates' nuisances.
     let calibrated = retry_baseline(session, base_trial, &singles, &indices, &shots)?;
-    let enough = calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor);
+    let enough =
+        calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor);
     let mut pairs = Vec::new();
     if !enough && !watch.stop() {
         let leaders: Vec<&Contender> = singles.iter().take(PAIR_LEADERS).collect();
@@ -112,14 +140,19 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         for leader in &leaders {
             for choice in &list {
                 let first = leader.choices[0].effect;
-                let twice = jobs.iter().any(|j| j.len() == 2 && j[0].effect == choice.effect && j[1].effect == first && j[0] == *choice);
+                let twice = jobs.iter().any(|j| {
+                    j.len() == 2
+                        && j[0].effect == choice.effect
+                        && j[1].effect == first
+                        && j[0] == *choice
+                });
                 if choice.effect != first && !twice {
                     jobs.push(vec![leader.choices[0].clone(), choice.clone()]);
                     bases.push(*leader);
                 }
             }
         }
-        pairs = compete(session, &jobs, &bases, &indices, &shots, watch)?;
+        pairs = compete(session, &jobs, &bases, &indices, &shots, samples, watch)?;
         pairs.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
     }
     let stopped = watch.stop();
@@ -132,33 +165,72 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         }
         path.push(pairs.remove(0));
         explained = true;
-    } else if singles.first().is_some_and(|s| s.score(samples) < calibrated.score(samples)) {
+    } else if singles
+        .first()
+        .is_some_and(|s| s.score(samples) < calibrated.score(samples))
+    {
         let best = singles.remove(0);
         explained = best.reaches_floor();
         path.push(best);
     }
-    Ok(Selection { as_given, as_given_holdout, calibrated, singles, pairs, path, explained, samples, stopped })
+    Ok(Selection {
+        as_given,
+        as_given_holdout,
+        calibrated,
+        singles,
+        pairs,
+        path,
+        explained,
+        samples,
+        stopped,
+    })
 }
 
 /// The reference model with its nominal values.
-fn as_given(session: &Session, indices: &[usize], shots: &[Shot]) -> Result<(Judgement, Judgement), Error> {
+fn as_given(
+    session: &Session,
+    indices: &[usize],
+    shots: &[Shot],
+) -> Result<(Judgement, Judgement), Error> {
     use super::fit::{Data, Effort, Fitter};
     use super::predictor::{Point, Predictor};
     let h = session.hypothesis(&[])?;
-    let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-    let effort = Effort { knobs: false, ..search::effort(5) };
-    let data = Data { shots, noise: &session.noise, weight: 1.0 };
+    let mut predictor =
+        Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+    let effort = Effort {
+        knobs: false,
+        ..search::effort(5)
+    };
+    let data = Data {
+        shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
     let fit = Fitter::new(&mut predictor, &h, &data, effort).run(Point::centre(&h, shots));
     let on_fit = judge::of_fit(session, indices, &fit);
     let (_, test) = judge::held_out_shots(session);
     let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
-    let data = Data { shots: &test_shots, noise: &session.noise, weight: 1.0 };
+    let data = Data {
+        shots: &test_shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
     let fit = Fitter::new(&mut predictor, &h, &data, effort).run(Point::centre(&h, &test_shots));
     Ok((on_fit, judge::of_fit(session, &test, &fit)))
 }
 
 /// Fits many hypotheses in parallel, each from the base it extends.
-fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indices: &[usize], shots: &[Shot], watch: &dyn Watch) -> Result<Vec<Contender>, Error> {
+fn compete(
+    session: &Session,
+    jobs: &[Vec<Choice>],
+    bases: &[&Contender],
+    indices: &[usize],
+    shots: &[Shot],
+    samples: f64,
+    watch: &dyn Watch,
+) -> Result<Vec<Contender>, Error> {
+    // Score of the best hypothesis that is down to the noise.
+    let floor: Mutex<Option<f64>> = Mutex::new(None);
     let done = Mutex::new(0usize);
     let numbered: Vec<(usize, &Vec<Choice>)> = jobs.iter().enumerate().collect();
     let results = parallel(&numbered, |(i, choices)| {
@@ -166,29 +238,67 @@ fn compete(session: &Session, jobs: &[Vec<Choice>], bases: &[&Contender], indice
             return Ok(None);
         }
         let base = bases[if bases.len() == 1 { 0 } else { *i }];
-        let trial = search(session, choices, shots, &base.trial)?;
+        let at_floor = || *floor.lock().unwrap_or_else(|e| e.into_inner());
+        let brief = choices.len() > 1 || at_floor().is_some();
+        let trial = search(
+            session,
+            choices,
+            shots,
+            &base.trial,
+            if brief { BRIEF } else { THOROUGH },
+        )?;
+        let mut contender = Contender::new(session, (*choices).clone(), trial, indices);
+        // A brief search rules a hypothesis out only by far; near the best it is done again thoroughly.
+        let near = at_floor().is_none_or(|best| contender.score(samples) < CLEARLY_WORSE * best);
+        if brief && near && (choices.len() == 1 || contender.fit.quantile(0.5) < PROMISING) {
+            let again = search(session, choices, shots, &base.trial, THOROUGH)?;
+            let again = Contender::new(session, (*choices).clone(), again, indices);
+            if again.score(samples) < contender.score(samples) {
+                contender = again;
+            }
+        }
+        if contender.reaches_floor() {
+            let mut best = floor.lock().unwrap_or_else(|e| e.into_inner());
+            let score = contender.score(samples);
+            *best = Some(best.map_or(score, |b| b.min(score)));
+        }
         let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
         *done += 1;
-        watch.step(&format!("{} ({} simulations)", name(session, choices), trial.simulations), *done, jobs.len());
-        Ok(Some(Contender::new(session, (*choices).clone(), trial, indices)))
+        watch.step(&name(session, choices), *done, jobs.len());
+        Ok(Some(contender))
     })?;
     Ok(results.into_iter().flatten().collect())
 }
 
 /// The name of a hypothesis.
 pub fn name(session: &Session, choices: &[Choice]) -> String {
-    choices.iter().map(|c| session.catalogue[c.effect].id.as_str()).collect::<Vec<_>>().join(" + ")
+    choices
+        .iter()
+        .map(|c| session.catalogue[c.effect].id.as_str())
+        .collect::<Vec<_>>()
+        .join(" + ")
 }
 
 /// Restarts the reference model from the best candidates' optima with their effects switched off.
-fn retry_baseline(session: &Session, base: Contender, singles: &[Contender], indices: &[usize], shots: &[Shot]) -> Result<Contender, Error> {
+fn retry_baseline(
+    session: &Session,
+    base: Contender,
+    singles: &[Contender],
+    indices: &[usize],
+    shots: &[Shot],
+) -> Result<Contender, Error> {
     use super::fit::{Data, Fitter};
     use super::predictor::{Point, Predictor};
     let mut best = base;
     for single in singles.iter().take(2) {
         let h = session.hypothesis(&[])?;
-        let mut predictor = Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-        let data = Data { shots, noise: &session.noise, weight: 1.0 };
+        let mut predictor =
+            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+        let data = Data {
+            shots,
+            noise: &session.noise,
+            weight: 1.0,
+        };
         let mut start = Point::centre(&h, shots);
         let from = &single.trial.fit.point;
         start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
@@ -203,7 +313,16 @@ fn retry_baseline(session: &Session, base: Contender, singles: &[Contender], ind
         start.stuck.clone_from(&from.stuck);
         let fit = Fitter::new(&mut predictor, &h, &data, search::effort(8)).run(start);
         if fit.trimmed < best.fit.trimmed {
-            best = Contender::new(session, Vec::new(), Trial { hypothesis: h, fit, simulations: 0 }, indices);
+            best = Contender::new(
+                session,
+                Vec::new(),
+                Trial {
+                    hypothesis: h,
+                    fit,
+                    simulations: 0,
+                },
+                indices,
+            );
         }
     }
     Ok(best)

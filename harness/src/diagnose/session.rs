@@ -45,9 +45,17 @@ impl<'a> Session<'a> {
         let structure = structure(fmu, &campaign.beam)?;
         let references = References::new(fmu, structure.modes().len())?;
         let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
-        let shortest = smoothings.iter().map(|s| s.cycle).filter(|c| c.is_finite()).fold(f64::INFINITY, f64::min);
+        let shortest = smoothings
+            .iter()
+            .map(|s| s.cycle)
+            .filter(|c| c.is_finite())
+            .fold(f64::INFINITY, f64::min);
         let shortest = if shortest.is_finite() { shortest } else { 0.0 };
-        let lowest = structure.modes().iter().map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+        let lowest = structure
+            .modes()
+            .iter()
+            .map(|m| m.frequency_hz)
+            .fold(f64::INFINITY, f64::min);
         let horizon = HORIZON.max(1.6 / lowest).max(0.6 * shortest);
         let mut shots = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
@@ -56,16 +64,32 @@ impl<'a> Session<'a> {
         let travel = (0..campaign.runs.len())
             .map(|r| {
                 let of_run = || shots.iter().filter(|s| s.run == r);
-                let low = of_run().map(|s| s.travel.min(s.travel_end)).fold(f64::INFINITY, f64::min);
-                let high = of_run().map(|s| s.travel.max(s.travel_end)).fold(f64::NEG_INFINITY, f64::max);
-                if low.is_finite() { (low, high) } else { (0.0, 1.0) }
+                let low = of_run()
+                    .map(|s| s.travel.min(s.travel_end))
+                    .fold(f64::INFINITY, f64::min);
+                let high = of_run()
+                    .map(|s| s.travel.max(s.travel_end))
+                    .fold(f64::NEG_INFINITY, f64::max);
+                if low.is_finite() {
+                    (low, high)
+                } else {
+                    (0.0, 1.0)
+                }
             })
             .collect();
         Ok(Self {
             catalogue: candidates(fmu)?,
             references,
-            noise: campaign.runs.iter().map(|r| r.noise.std.max(1e-12)).collect(),
-            spread: campaign.runs.iter().map(|r| deviation(&r.displacement)).collect(),
+            noise: campaign
+                .runs
+                .iter()
+                .map(|r| r.noise.std.max(1e-12))
+                .collect(),
+            spread: campaign
+                .runs
+                .iter()
+                .map(|r| deviation(&r.displacement))
+                .collect(),
             held_out: hold_out(campaign),
             smoothings,
             shots,
@@ -86,7 +110,14 @@ impl<'a> Session<'a> {
     /// # Errors
     /// See [`Hypothesis::new`].
     pub fn hypothesis(&self, choices: &[Choice]) -> Result<Hypothesis, Error> {
-        Hypothesis::new(self.fmu, self.campaign, &self.catalogue, choices, &self.travel, self.mean_spread())
+        Hypothesis::new(
+            self.fmu,
+            self.campaign,
+            &self.catalogue,
+            choices,
+            &self.travel,
+            self.mean_spread(),
+        )
     }
 
     /// Shots of the runs that are fitted; with `every` > 1, pairs of neighbours taken evenly.
@@ -111,7 +142,11 @@ pub fn deviation(values: &[f64]) -> f64 {
 fn hold_out(campaign: &Campaign) -> Vec<bool> {
     let count = campaign.runs.len();
     if campaign.runs.iter().any(|r| r.role.is_some()) {
-        return campaign.runs.iter().map(|r| r.role == Some(Role::Holdout)).collect();
+        return campaign
+            .runs
+            .iter()
+            .map(|r| r.role == Some(Role::Holdout))
+            .collect();
     }
     let mut out = vec![false; count];
     if count >= 3 {
@@ -138,10 +173,17 @@ fn hold_out(campaign: &Campaign) -> Vec<bool> {
 ///
 /// # Errors
 /// The error of the first item that fails.
-pub fn parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Result<R, Error> + Sync) -> Result<Vec<R>, Error> {
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(items.len()).max(1);
+pub fn parallel<T: Sync, R: Send>(
+    items: &[T],
+    work: impl Fn(&T) -> Result<R, Error> + Sync,
+) -> Result<Vec<R>, Error> {
+    let threads = std::thread::available_parallelism()
+        .map_or(1, |n| n.get())
+        .min(items.len())
+        .max(1);
     let next = std::sync::atomic::AtomicUsize::new(0);
-    let slots: Vec<std::sync::Mutex<Option<Result<R, Error>>>> = items.iter().map(|_| std::sync::Mutex::new(None)).collect();
+    let slots: Vec<std::sync::Mutex<Option<Result<R, Error>>>> =
+        items.iter().map(|_| std::sync::Mutex::new(None)).collect();
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
@@ -156,6 +198,10 @@ pub fn parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Result<R, Er
     });
     slots
         .into_iter()
-        .map(|slot| slot.into_inner().unwrap_or_else(|e| e.into_inner()).expect("every item was worked on"))
+        .map(|slot| {
+            slot.into_inner()
+                .unwrap_or_else(|e| e.into_inner())
+                .expect("every item was worked on")
+        })
         .collect()
 }

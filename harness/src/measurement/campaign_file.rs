@@ -103,6 +103,43 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     })
 }
 
+/// A file of which only `[beam]` and `[channels]` count.
+#[derive(Deserialize)]
+struct RawBeamFile {
+    #[serde(default)]
+    beam: RawBeam,
+    #[serde(default)]
+    channels: RawChannels,
+}
+
+/// One run that no campaign describes: the beam and the channels come from the file at `path`.
+pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<CampaignFile, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    let raw: RawBeamFile = toml::from_str(&text).map_err(|e| Error::CampaignFile {
+        path: path.to_owned(),
+        line: line_of(&text, e.span().unwrap_or(0..0)),
+        problem: e.message().replace('\n', "; "),
+    })?;
+    let check = Check { path, text: &text };
+    let run = RawRun {
+        file: single.file.to_string_lossy().into_owned(),
+        name: None,
+        role: None,
+        belt_velocity_m_per_s: Spanned::new(0..0, single.belt_velocity),
+        normal_force_n: Spanned::new(0..0, single.normal_force),
+        time_column: single.time_column.clone(),
+        displacement_column: single.displacement_column.clone(),
+        time_scale: None,
+        displacement_scale: None,
+        delimiter: None,
+    };
+    Ok(CampaignFile {
+        name: None,
+        beam: check.beam(raw.beam)?,
+        runs: vec![check.run(run, &raw.channels)?],
+    })
+}
+
 fn line_of(text: &str, span: Range<usize>) -> usize {
     1 + text
         .bytes()

@@ -109,6 +109,21 @@ impl Run {
     }
 }
 
+/// A run outside any campaign, for [`Campaign::of_single_run`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SingleRun {
+    /// The CSV file.
+    pub file: PathBuf,
+    /// Belt velocity, m/s; any sign.
+    pub belt_velocity: f64,
+    /// Normal force, N.
+    pub normal_force: f64,
+    /// Name of the time column; as in `[channels]` of the beam's file if `None`.
+    pub time_column: Option<String>,
+    /// Name of the displacement column; likewise.
+    pub displacement_column: Option<String>,
+}
+
 /// Fewest samples from which period, noise and spectrum mean anything.
 const FEWEST_SAMPLES: usize = 32;
 
@@ -120,8 +135,22 @@ impl Campaign {
         } else {
             path.to_owned()
         };
-        let folder = file.parent().unwrap_or(Path::new(".")).to_owned();
-        let parsed = campaign_file::read(&file)?;
+        Campaign::assemble(campaign_file::read(&file)?, file.parent())
+    }
+
+    /// One run with what is known of the beam from `beam_file`, a TOML file with `[beam]` and, if need be, `[channels]`
+    /// as in campaign.toml; its other tables are passed over.
+    pub fn of_single_run(single: &SingleRun, beam_file: &Path) -> Result<Campaign, Error> {
+        let parsed = campaign_file::read_beam(beam_file, single)?;
+        // The run's path is relative to the current folder, not to the beam's file.
+        Campaign::assemble(parsed, Some(Path::new("")))
+    }
+
+    fn assemble(
+        parsed: campaign_file::CampaignFile,
+        folder: Option<&Path>,
+    ) -> Result<Campaign, Error> {
+        let folder = folder.unwrap_or(Path::new(".")).to_owned();
         let runs = parsed
             .runs
             .into_iter()

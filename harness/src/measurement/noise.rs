@@ -7,7 +7,8 @@ use super::sampling::Sampling;
 pub struct Noise {
     /// Standard deviation of its white part, m.
     pub std: f64,
-    /// Smallest step between two different values, m: the recorder's resolution, or below it.
+    /// Smallest usual step between successive samples, m: the recorder's, where that is coarse, else a small part of the
+    /// noise or of the motion.
     pub resolution: f64,
 }
 
@@ -81,17 +82,20 @@ fn clipped_std(mut values: Vec<f64>) -> Option<f64> {
     Some(std)
 }
 
+/// Share of the steps between successive samples that lie below the resolution: rounding makes a few that are no steps.
+const ROUNDED: f64 = 0.01;
+
 fn resolution(signal: &[f64]) -> f64 {
-    let mut sorted = signal.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    // Differences at the level of rounding are not steps of a recorder.
-    let rounding = 1e-12 * sorted[sorted.len() - 1].abs().max(sorted[0].abs());
-    let smallest = sorted
+    let steps = signal
         .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|d| *d > rounding)
-        .fold(f64::INFINITY, f64::min);
-    if smallest.is_finite() { smallest } else { 0.0 }
+        .map(|w| (w[1] - w[0]).abs())
+        .filter(|step| *step > 0.0);
+    let mut steps: Vec<f64> = steps.collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
+    let at = (ROUNDED * steps.len() as f64) as usize;
+    *steps.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
 #[cfg(test)]

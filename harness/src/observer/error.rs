@@ -68,7 +68,7 @@ pub enum ObserverError {
     },
     /// The sampling frequency is too low for the highest mode.
     #[error(
-        "sampling at {sample_rate_hz:.6} Hz is too slow for mode {mode} at {frequency_hz} Hz; sample at {needed_hz:.6} Hz or more, or leave the mode out"
+        "sampling at {sample_rate_hz:.1} Hz is too slow for mode {mode} at {frequency_hz} Hz; sample at {needed_hz:.1} Hz or more, or leave the mode out"
     )]
     SamplingTooSlow {
         /// Sampling frequency in Hz.
@@ -115,22 +115,6 @@ pub enum ObserverError {
         value_m: f64,
         /// Number of samples.
         count: usize,
-    },
-    /// Many samples in a row at the largest or smallest value: clipped.
-    #[error(
-        "the displacement stays at its {side} {value_m} m in {count} samples, {longest} of them in a row from t = {time_s} s: the sensor is saturated; enlarge its range, or mark these samples as missing"
-    )]
-    Saturated {
-        /// "maximum" or "minimum".
-        side: &'static str,
-        /// The limiting value in m.
-        value_m: f64,
-        /// Number of samples at the limit.
-        count: usize,
-        /// Longest row of samples at the limit.
-        longest: usize,
-        /// Start of the longest row in s.
-        time_s: f64,
     },
     /// The time column does not rise.
     #[error(

@@ -79,11 +79,10 @@ impl Axis {
     pub(super) fn ticks(&self, scale: &Scale, count: usize) -> Vec<(f64, String)> {
         if self.names.is_empty() {
             let ticks = scale.ticks(count);
-            let text = |t: &f64| match self.kind {
-                Kind::Linear => Scale::tick_text(&ticks, *t),
-                _ => super::number(*t, 3),
-            };
-            return ticks.iter().map(|t| (*t, text(t))).collect();
+            return ticks
+                .iter()
+                .map(|t| (*t, scale.tick_text(&ticks, *t)))
+                .collect();
         }
         self.names
             .iter()
@@ -152,7 +151,7 @@ impl Scale {
     /// About `count` round values inside the range.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
         match self.kind {
-            Kind::Log if self.high / self.low >= 10.0 => return decades(self.low, self.high),
+            Kind::Log if self.high / self.low >= 300.0 => return decades(self.low, self.high),
             Kind::Log => return round_steps(self.low, self.high),
             Kind::Symlog(linear) => return both_sides(self.low, self.high, linear),
             Kind::Linear => {}
@@ -170,14 +169,17 @@ impl Scale {
     }
 
     /// Text of a tick, with the decimals that its step needs.
-    pub fn tick_text(ticks: &[f64], value: f64) -> String {
+    pub fn tick_text(&self, ticks: &[f64], value: f64) -> String {
+        if self.kind != Kind::Linear {
+            return super::number(value, 3);
+        }
         let step = ticks
             .windows(2)
             .map(|w| w[1] - w[0])
             .fold(f64::INFINITY, f64::min);
         let largest = ticks.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
         if value != 0.0
-            && (largest >= 1e5 || largest < 1e-3 || ticks.len() > 1 && largest / step > 1e6)
+            && (!(1e-3..1e5).contains(&largest) || ticks.len() > 1 && largest / step > 1e6)
         {
             return super::number(value, 3);
         }
@@ -190,11 +192,15 @@ impl Scale {
     }
 }
 
-/// 1, 2 and 5 times powers of ten.
+/// Round values on a logarithmic axis of less than three decades: the closer, the shorter it is.
 fn round_steps(low: f64, high: f64) -> Vec<f64> {
-    let first = low.log10().floor() as i32;
-    (first..=first + 1)
-        .flat_map(|e| [1.0, 1.5, 2.0, 3.0, 5.0, 7.0].map(|m| m * 10f64.powi(e)))
+    let steps: &[f64] = match high / low {
+        r if r < 4.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+        r if r < 30.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0, 3.0],
+    };
+    (low.log10().floor() as i32..=high.log10().floor() as i32)
+        .flat_map(|e| steps.iter().map(move |m| m * 10f64.powi(e)))
         .filter(|t| (low..=high).contains(t))
         .collect()
 }
@@ -229,7 +235,7 @@ mod tests {
             .from_to(-0.13, 0.61)
             .scale(std::iter::empty());
         let ticks = scale.ticks(5);
-        let shown: Vec<String> = ticks.iter().map(|t| Scale::tick_text(&ticks, *t)).collect();
+        let shown: Vec<String> = ticks.iter().map(|t| scale.tick_text(&ticks, *t)).collect();
         assert_eq!(shown, ["0.0", "0.2", "0.4", "0.6"]);
         let log = Axis::log("A", "m")
             .from_to(1e-8, 1e-3)

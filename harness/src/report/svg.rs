@@ -11,7 +11,7 @@ const RIGHT: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
 const LEGEND_ROW: f64 = 18.0;
 /// Width of a legend's character and of its mark, px.
-const CHARACTER: f64 = 6.6;
+const CHARACTER: f64 = 6.2;
 const MARK: f64 = 30.0;
 
 /// How a legend entry is drawn.

@@ -4,7 +4,10 @@
 //! [`Effect`], whose hooks all default to "adds nothing". Off is bit-identical to absent, because an
 //! effect that is off is never built.
 
+pub mod user_expression;
+
 use crate::beam::Beam;
+use crate::belt::Inputs;
 use crate::error::PhysicsError;
 use crate::unit::Unit;
 
@@ -133,7 +136,9 @@ pub struct Motion {
     pub displacement: f64,
     /// Tip velocity w' in m/s.
     pub velocity: f64,
-    /// Velocity of the belt's surface in m/s, the drive's give included.
+    /// Velocity v0 of the belt in m/s as given, before any effect.
+    pub given_belt_velocity: f64,
+    /// Velocity of the belt's surface in m/s, all effects included.
     pub belt_velocity: f64,
     /// Relative velocity v_r = w' - v_belt in m/s; exactly 0 in stick.
     pub relative_velocity: f64,
@@ -217,7 +222,16 @@ pub trait Effect: Send + Sync {
     fn memory_force(&self, _m: &Motion, _capacity: f64, _x: &[f64]) -> f64 {
         0.0
     }
-    /// Motion added to the belt.
+    /// Velocity in m/s imposed on the belt besides the given one, whatever the friction force; its
+    /// integral is the `displacement` of [`Effect::belt_give`].
+    fn belt_ripple(&self, _t: f64, _inputs: &Inputs) -> f64 {
+        0.0
+    }
+    /// Whether [`Effect::belt_ripple`] is ever different from zero.
+    fn has_belt_ripple(&self) -> bool {
+        false
+    }
+    /// Motion added to the belt, linear in the states.
     fn belt_give(&self, _x: &[f64]) -> BeltGive {
         BeltGive::default()
     }
@@ -236,6 +250,10 @@ pub trait Effect: Send + Sync {
     /// Fastest rate (1/s) or angular frequency (rad/s) that the effect brings into the equations.
     fn fastest_rate(&self) -> f64 {
         0.0
+    }
+    /// What is wrong with the effect at this instant, where it can't be evaluated.
+    fn fault(&self, _m: &Motion) -> Option<PhysicsError> {
+        None
     }
     /// Whether the equations stay linear with constant coefficients while the contact sticks.
     fn is_linear_in_stick(&self) -> bool {

@@ -26,7 +26,10 @@ pub fn section(page: Page, material: &Material) -> Page {
 }
 
 /// Absolute residual over noise of each sample, so scaled that its median is 1 for noise alone.
-fn sizes<'a>(material: &'a Material, view: usize) -> impl Iterator<Item = (&'a super::samples::Sample, f64)> {
+fn sizes<'a>(
+    material: &'a Material,
+    view: usize,
+) -> impl Iterator<Item = (&'a super::samples::Sample, f64)> {
     let noise = &material.session.noise;
     material
         .views

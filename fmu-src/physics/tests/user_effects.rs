@@ -1,0 +1,244 @@
+//! Effects that a user writes as a formula: same motion as the catalogue's, and clear refusals.
+
+use beam_physics::belt::Inputs;
+use beam_physics::effects::user_expression::{QUANTITIES, Target, UserEffect, UserParameter};
+use beam_physics::error::PhysicsError;
+use beam_physics::integrate::MAX_STATES;
+use beam_physics::model::Model;
+use beam_physics::parameters::ModelParameters;
+use beam_physics::simulate::{Simulation, Start, StartContact};
+
+fn effect(target: Target, formula: &str, parameters: &[(&str, f64)]) -> UserEffect {
+    UserEffect {
+        id: "mine".into(),
+        target,
+        expression: formula.into(),
+        parameters: parameters
+            .iter()
+            .map(|(name, value)| UserParameter {
+                name: (*name).into(),
+                unit: "1".into(),
+                start: 0.0,
+                min: -10.0,
+                max: 1e10,
+                value: *value,
+            })
+            .collect(),
+    }
+}
+
+fn with(user: UserEffect) -> ModelParameters {
+    ModelParameters {
+        user_effects: vec![user],
+        ..ModelParameters::default()
+    }
+}
+
+fn run(parameters: &ModelParameters) -> Result<Simulation, PhysicsError> {
+    let mut state = [0.0; MAX_STATES];
+    state[0] = 8.3e-4;
+    let start = Start {
+        state,
+        contact: StartContact::Stick,
+        ..Start::default()
+    };
+    Simulation::new(parameters, Inputs::constant(0.1, 100.0), &start, 1e-10)
+}
+
+fn motion(parameters: &ModelParameters) -> Vec<f64> {
+    let mut run = run(parameters).unwrap();
+    (1..=40)
+        .map(|i| {
+            run.advance_to(1e-3 * f64::from(i)).unwrap();
+            run.measured_displacement()
+        })
+        .collect()
+}
+
+fn refusal(user: UserEffect) -> String {
+    match Model::new(&with(user), Inputs::constant(0.1, 100.0)) {
+        Ok(_) => panic!("accepted"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn a_formula_moves_as_the_catalogues_effect_does() {
+    type Case = (&'static [(&'static str, f64)], Target, &'static str);
+    let cases: [Case; 6] = [
+        (
+            &[
+                ("belt_periodic_friction.amplitude", 0.1),
+                ("belt_periodic_friction.wavelength", 0.01),
+            ],
+            Target::FrictionFactor,
+            "1 + 0.1*cos(2*pi*s/0.01)",
+        ),
+        (
+            &[("friction_drift.change", 0.2)],
+            Target::FrictionFactor,
+            "1 + 0.2*(1 - exp(-t/0.3))",
+        ),
+        (
+            &[("normal_force_coupling.coefficient", 90.0)],
+            Target::NormalForceFactor,
+            "1 + 90*w",
+        ),
+        (
+            &[("cubic_stiffness.coefficient", 6e8)],
+            Target::TipForce,
+            "-6e8*w^3",
+        ),
+        (
+            &[("quadratic_drag.coefficient", 12.0)],
+            Target::TipForce,
+            "-12*w_dot*abs(w_dot)",
+        ),
+        (
+            &[
+                ("normal_force_modulation.amplitude", 0.1),
+                ("normal_force_modulation.frequency", 70.0),
+                ("normal_force_modulation.phase", 0.4),
+            ],
+            Target::NormalForceFactor,
+            "1 + 0.1*cos(2*pi*70*t + 0.4)",
+        ),
+    ];
+    for (values, target, formula) in cases {
+        let mut catalogue = ModelParameters::default();
+        for (name, value) in values {
+            catalogue.effects.set_named(name, *value).unwrap();
+        }
+        let mine = motion(&with(effect(target, formula, &[])));
+        for (a, b) in motion(&catalogue).iter().zip(&mine) {
+            assert!((a - b).abs() < 1e-9, "{formula}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_steady_change_of_belt_velocity_is_another_belt_velocity() {
+    let mut changed = run(&with(effect(Target::BeltVelocity, "0.2*v0", &[]))).unwrap();
+    let mut faster = Simulation::new(
+        &ModelParameters::default(),
+        Inputs::constant(0.12, 100.0),
+        &Start {
+            state: {
+                let mut state = [0.0; MAX_STATES];
+                state[0] = 8.3e-4;
+                state
+            },
+            contact: StartContact::Stick,
+            ..Start::default()
+        },
+        1e-10,
+    )
+    .unwrap();
+    for i in 1..=40 {
+        changed.advance_to(1e-3 * f64::from(i)).unwrap();
+        faster.advance_to(1e-3 * f64::from(i)).unwrap();
+        let (a, b) = (changed.outputs(), faster.outputs());
+        assert!((a.displacement - b.displacement).abs() < 1e-9);
+        assert!((a.belt_travel - b.belt_travel).abs() < 1e-9);
+        assert_eq!(a.mode, b.mode);
+    }
+}
+
+#[test]
+fn stops_of_the_caller_change_nothing() {
+    let ripple = effect(Target::BeltVelocity, "0.02*sin(2*pi*40*t)", &[]);
+    let stops = |count: u32| {
+        let mut run = run(&with(ripple.clone())).unwrap();
+        for i in 1..=count {
+            run.advance_to(0.05 * f64::from(i) / f64::from(count))
+                .unwrap();
+        }
+        run.outputs()
+    };
+    assert_eq!(stops(1), stops(173));
+}
+
+#[test]
+fn parameters_are_bounded_and_used() {
+    let formula = "1 + a*tanh(w_dot/b)";
+    let good = effect(Target::FrictionFactor, formula, &[("a", 0.1), ("b", 0.05)]);
+    assert_ne!(
+        motion(&with(good.clone())),
+        motion(&ModelParameters::default())
+    );
+    let mut outside = good.clone();
+    outside.parameters[0].value = -11.0;
+    assert!(refusal(outside).contains("parameter a = -11 1 lies outside its bounds -10 .. "));
+    let mut nan = good.clone();
+    nan.parameters[1].value = f64::NAN;
+    assert!(refusal(nan).contains("parameter b = NaN"));
+    let mut unused = good.clone();
+    unused.parameters[1].name = "c".into();
+    assert!(refusal(unused).contains("unknown name 'b'"));
+    let mut extra = good.clone();
+    extra.parameters.push(UserParameter {
+        name: "c".into(),
+        ..good.parameters[0].clone()
+    });
+    assert!(refusal(extra).contains("parameter 'c' is not in the formula"));
+    for name in ["w", "sin", "pi", "a", "2x", "x y", ""] {
+        let mut taken = good.clone();
+        taken.parameters[1].name = name.into();
+        assert!(refusal(taken).contains("can't name a parameter"), "{name}");
+    }
+}
+
+#[test]
+fn formulas_that_cannot_be_read_are_refused() {
+    let text = refusal(effect(Target::TipForce, "-k*w^3", &[]));
+    assert!(
+        text.contains("user effect 'mine': '-k*w^3', column 2: unknown name 'k'"),
+        "{text}"
+    );
+    let text = refusal(effect(Target::BeltVelocity, "0.1*w_dot", &[]));
+    assert!(text.contains("may depend on t, F_N and v0 only"), "{text}");
+    let mut known = effect(Target::TipForce, "w", &[]);
+    known.id = "third_mode".into();
+    assert!(refusal(known).contains("no catalogue effect has"));
+    let twice = ModelParameters {
+        user_effects: vec![effect(Target::TipForce, "w", &[]); 2],
+        ..ModelParameters::default()
+    };
+    let error = Model::new(&twice, Inputs::constant(0.1, 100.0))
+        .err()
+        .unwrap();
+    assert!(error.to_string().contains("same id"), "{error}");
+}
+
+#[test]
+fn values_that_are_not_finite_end_the_run_with_the_formula_named() {
+    // At the start, in stick, and in slip.
+    for (target, formula) in [
+        (Target::FrictionFactor, "1/v_r"),
+        (Target::FrictionFactor, "sqrt(0.002 - t)"),
+        (Target::NormalForceFactor, "ln(0.003 - t)"),
+        (Target::TipForce, "1/(t - t)"),
+        (Target::BeltVelocity, "0/(t*0)"),
+        (Target::FrictionFactor, "if(v_abs > 0.05, 0/0, 1)"),
+    ] {
+        let failed =
+            run(&with(effect(target, formula, &[]))).and_then(|mut run| run.advance_to(0.1));
+        let message = failed.expect_err(formula).to_string();
+        assert!(
+            message.contains("user effect 'mine': the formula gives"),
+            "{formula}: {message}"
+        );
+    }
+}
+
+#[test]
+fn targets_and_quantities_have_names() {
+    for (name, target) in Target::ALL {
+        assert_eq!(Target::from_name(name), Some(target));
+        assert_eq!(target.name(), name);
+    }
+    assert_eq!(Target::from_name("friction"), None);
+    let all: Vec<String> = QUANTITIES.iter().map(|q| format!("0*{}", q.0)).collect();
+    let formula = format!("1 + {}", all.join(" + "));
+    assert!(run(&with(effect(Target::FrictionFactor, &formula, &[]))).is_ok());
+}
