@@ -213,6 +213,16 @@ pub enum Error {
         /// Names most like it.
         nearest: Vec<String>,
     },
+    /// An effect that the FMU does not declare.
+    #[error("{}: no effect '{id}'{}; `stickslip effects` lists all", path.display(), suggestion(nearest))]
+    UnknownEffect {
+        /// The FMU file.
+        path: PathBuf,
+        /// The identifier asked for.
+        id: String,
+        /// Identifiers most like it.
+        nearest: Vec<String>,
+    },
     /// A value that does not fit the type of its variable.
     #[error("variable '{name}' is {kind}: {value} cannot be given to it; {rule}")]
     VariableValue {

@@ -4,6 +4,8 @@ pub mod blind_test;
 pub mod compare;
 pub mod demo;
 pub mod diagnose;
+mod diagnose_page;
+pub mod effects;
 pub mod observe;
 pub mod operating_point;
 pub mod pack;

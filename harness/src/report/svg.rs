@@ -92,6 +92,13 @@ impl Canvas {
         }
     }
 
+    /// Moves the plotting area's left border to the right if less room than `needed` px is left of it.
+    pub fn widen_left(&mut self, needed: f64) {
+        let more = (needed - self.left).max(0.0);
+        self.left += more;
+        self.width -= more;
+    }
+
     /// Text at a point; `anchor` is `start`, `middle` or `end`.
     pub fn label(&mut self, x: f64, y: f64, anchor: &str, text: &str) {
         let _ = write!(
@@ -110,14 +117,13 @@ impl Canvas {
             self.top + self.height,
         );
         self.axis_below(x.0, x.1);
-        let ticks = y.1.ticks((self.height / 42.0) as usize);
-        for tick in &ticks {
-            let at = bottom - self.height * y.1.share(*tick);
+        for (tick, text) in y.0.ticks(y.1, (self.height / 42.0) as usize) {
+            let at = bottom - self.height * y.1.share(tick);
             let _ = write!(
                 self.text,
                 r#"<line class="grid" x1="{left}" x2="{right:.1}" y1="{at:.1}" y2="{at:.1}"/>"#
             );
-            self.label(left - 6.0, at + 4.0, "end", &y.1.tick_text(&ticks, *tick));
+            self.label(left - 6.0, at + 4.0, "end", &text);
         }
         self.upright(14.0, top + self.height / 2.0, &y.0.label);
     }
@@ -125,14 +131,13 @@ impl Canvas {
     /// Border, and grid, ticks and label of the horizontal axis only.
     pub fn axis_below(&mut self, axis: &Axis, scale: &Scale) {
         let (left, top, bottom) = (self.left, self.top, self.top + self.height);
-        let ticks = scale.ticks((self.width / 90.0) as usize);
-        for tick in &ticks {
-            let at = left + self.width * scale.share(*tick);
+        for (tick, text) in axis.ticks(scale, (self.width / 90.0) as usize) {
+            let at = left + self.width * scale.share(tick);
             let _ = write!(
                 self.text,
                 r#"<line class="grid" x1="{at:.1}" x2="{at:.1}" y1="{top}" y2="{bottom:.1}"/>"#
             );
-            self.label(at, bottom + 16.0, "middle", &scale.tick_text(&ticks, *tick));
+            self.label(at, bottom + 16.0, "middle", &text);
         }
         let _ = write!(
             self.text,
