@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{blind_test, compare, demo, diagnose, pack, simulate};
+use crate::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:
@@ -36,6 +36,10 @@ pub enum Command {
     Diagnose(diagnose::Arguments),
     /// Diagnose every campaign of a folder with known answers, and count
     BlindTest(blind_test::Arguments),
+    /// Estimate friction force and friction characteristic from one measured run
+    Observe(observe::Arguments),
+    /// List the physical effects that an FMU offers, or explain one
+    Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu
     Pack(pack::Arguments),
 }

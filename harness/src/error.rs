@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::wording::{at_line, or_silent, quoted, suggestion, with_unit};
+
 /// What a command can fail with; [`Error::exit_code`] groups these for scripts.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -211,6 +213,16 @@ pub enum Error {
         /// Names most like it.
         nearest: Vec<String>,
     },
+    /// An effect that the FMU does not declare.
+    #[error("{}: no effect '{id}'{}; `stickslip effects` lists all", path.display(), suggestion(nearest))]
+    UnknownEffect {
+        /// The FMU file.
+        path: PathBuf,
+        /// The identifier asked for.
+        id: String,
+        /// Identifiers most like it.
+        nearest: Vec<String>,
+    },
     /// A value that does not fit the type of its variable.
     #[error("variable '{name}' is {kind}: {value} cannot be given to it; {rule}")]
     VariableValue {
@@ -331,64 +343,5 @@ impl Error {
             path: path.to_owned(),
             source,
         }
-    }
-}
-
-/// Up to three of `known` that look like `name`, best first.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let mut scored: Vec<(f64, &str)> = known
-        .into_iter()
-        .map(|k| {
-            (
-                strsim::jaro_winkler(&name.to_lowercase(), &k.to_lowercase()),
-                k,
-            )
-        })
-        .filter(|(score, _)| *score > 0.75)
-        .collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    scored
-        .into_iter()
-        .take(3)
-        .map(|(_, k)| k.to_owned())
-        .collect()
-}
-
-fn at_line(line: Option<usize>) -> String {
-    line.map(|l| format!(":{l}")).unwrap_or_default()
-}
-
-fn with_unit(value: f64, unit: &str) -> String {
-    if unit == "1" {
-        value.to_string()
-    } else {
-        format!("{value} {unit}")
-    }
-}
-
-fn quoted(names: &[String]) -> String {
-    if names.is_empty() {
-        return "nothing".into();
-    }
-    names
-        .iter()
-        .map(|n| format!("'{n}'"))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
-fn suggestion(nearest: &[String]) -> String {
-    if nearest.is_empty() {
-        String::new()
-    } else {
-        format!("; did you mean {}?", quoted(nearest))
-    }
-}
-
-fn or_silent(messages: &str) -> &str {
-    if messages.is_empty() {
-        "the FMU logged no reason"
-    } else {
-        messages
     }
 }

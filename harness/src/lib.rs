@@ -14,3 +14,4 @@ pub mod metric;
 pub mod observer;
 pub mod output;
 pub mod report;
+mod wording;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
-use stickslip::command::{blind_test, compare, demo, diagnose, pack, simulate};
+use stickslip::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate};
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
@@ -14,6 +14,8 @@ fn main() -> ExitCode {
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::BlindTest(arguments)) => blind_test::run(&arguments),
+        Some(Command::Observe(arguments)) => observe::run(&arguments),
+        Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
     };
     match result {

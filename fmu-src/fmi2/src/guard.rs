@@ -92,3 +92,32 @@ pub fn writable<T>(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Log;
+    use crate::resource::Starts;
+    use crate::types::CallbackFunctions;
+
+    #[test]
+    fn a_panic_becomes_fatal_and_the_instance_refuses_everything_after_it() {
+        let callbacks = CallbackFunctions {
+            logger: None,
+            allocate_memory: None,
+            free_memory: None,
+            step_finished: None,
+            environment: std::ptr::null_mut(),
+        };
+        let log = Log::new(callbacks, c"test".into(), true);
+        let mut instance = Instance::new(log, Starts::built_in());
+        let component: Component = std::ptr::from_mut(&mut instance).cast();
+        // SAFETY: the instance lives on this stack.
+        let call = |body: fn(&mut Instance) -> Result<(), Fault>| unsafe {
+            with_instance(component, Function::Reset, body)
+        };
+        assert_eq!(call(|_| Ok(())), Status::Ok.code());
+        assert_eq!(call(|_| panic!("on purpose")), Status::Fatal.code());
+        assert_eq!(call(|_| Ok(())), Status::Error.code());
+    }
+}

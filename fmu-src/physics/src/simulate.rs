@@ -15,9 +15,9 @@ use crate::model::Model;
 use crate::parameters::ModelParameters;
 
 /// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
-const LEAST_PROGRESS: f64 = 1e-9;
+const LEAST_PROGRESS: f64 = 1e-7;
 /// Number of steps after which progress is judged.
-const PATIENCE: u64 = 200_000;
+const PATIENCE: u64 = 2_000;
 /// Nodes at which a static limit that varies in time is interpolated.
 const LIMIT_NODES: usize = 9;
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::repaired_model;
+use super::{diagnose_page, repaired_model};
 use crate::diagnose::conclude::{climb, conclude};
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::{Watch, select};
@@ -67,6 +67,14 @@ pub fn diagnose(
         to_json(&diagnosis).as_bytes(),
     )?;
     repaired_model::write(fmu, &diagnosis, output)?;
+    watch.step("drawing report.html", 0, 1);
+    let command = format!(
+        "stickslip diagnose {} -o {}",
+        campaign.folder.display(),
+        output.display()
+    );
+    let page = diagnose_page::html(&session, &selection, &rungs, &diagnosis, &command)?;
+    write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }
 

@@ -8,6 +8,7 @@ pub mod judge;
 pub mod knob;
 pub mod outcome;
 pub mod predictor;
+pub mod replay;
 pub mod residual;
 pub mod scan;
 pub mod search;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::parse_description::{Problem, parse};
-use crate::error::nearest;
+use crate::wording::nearest;
 
 /// What an FMU says about itself.
 #[derive(Debug, Clone)]

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use crate::error::{Error, nearest};
+use crate::error::Error;
+use crate::wording::nearest;
 
 /// Which columns to read, and the factors that turn them into s and m.
 pub(super) struct Channels {

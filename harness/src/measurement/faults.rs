@@ -25,6 +25,8 @@ pub enum FaultKind {
 /// Shortest stretches that count. At a turning point a quantised signal repeats a value or two by itself.
 const CLIPPED_FROM: usize = 3;
 const HELD_FROM: usize = 5;
+/// A stretch must be this improbable as chance among the equal samples that a coarse recorder makes anyway.
+const BY_CHANCE: f64 = 0.01;
 /// A step into or out of the stretch must exceed this many resolution steps, else the motion is just slow.
 const ABRUPT: f64 = 5.0;
 
@@ -32,6 +34,8 @@ const ABRUPT: f64 = 5.0;
 pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
     let largest = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let smallest = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    let equal = signal.windows(2).filter(|w| w[0] == w[1]).count() as f64 / signal.len() as f64;
+    let by_chance = |samples: usize| signal.len() as f64 * equal.powi(samples as i32 - 1);
     let mut faults = Vec::new();
     let mut first = 0_usize;
     for stretch in signal.chunk_by(|a, b| a == b) {
@@ -52,7 +56,10 @@ pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
         } else {
             HELD_FROM
         };
-        if samples >= shortest && before.max(after) > ABRUPT * noise.resolution {
+        if samples >= shortest
+            && by_chance(samples) < BY_CHANCE
+            && before.max(after) > ABRUPT * noise.resolution
+        {
             faults.push(Fault {
                 kind,
                 first,

@@ -52,12 +52,17 @@ fn moving_mean(values: &[f64], half_width: usize) -> Vec<f64> {
 /// Averages the cycles between `starts` over `phases` even phases. `None` with fewer than two whole cycles.
 ///
 /// Each cycle is stretched to unit length, so slow drift of the period does not blur the mean.
-pub fn mean_cycle(time: &[f64], values: &[f64], starts: &[f64], phases: usize) -> Option<Cycle> {
-    let cycles = starts.len().checked_sub(1).filter(|n| *n >= 2)?;
+pub fn mean_cycle(
+    time: &[f64],
+    values: &[f64],
+    spans: &[(f64, f64)],
+    phases: usize,
+) -> Option<Cycle> {
+    let cycles = Some(spans.len()).filter(|n| *n >= 2)?;
     let (mut mean, mut square) = (vec![0.0; phases], vec![0.0; phases]);
-    for span in starts.windows(2) {
+    for (start, end) in spans {
         for phase in 0..phases {
-            let at = span[0] + (span[1] - span[0]) * phase as f64 / phases as f64;
+            let at = start + (end - start) * phase as f64 / phases as f64;
             let v = interpolate(time, values, at);
             mean[phase] += v / cycles as f64;
             square[phase] += v * v / cycles as f64;
@@ -71,25 +76,26 @@ pub fn mean_cycle(time: &[f64], values: &[f64], starts: &[f64], phases: usize) -
     Some(Cycle { mean, std, cycles })
 }
 
-impl Cycle {
-    /// This cycle turned so that it fits `other` best, both with the same number of phases.
-    pub fn turned_to(&self, other: &Cycle) -> Cycle {
-        let n = self.mean.len();
-        let distance = |shift: usize| -> f64 {
-            (0..n)
-                .map(|i| (self.mean[(i + shift) % n] - other.mean[i]).powi(2))
-                .sum()
-        };
-        let best = (0..n)
-            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
-            .unwrap_or(0);
-        let turn = |v: &[f64]| (0..n).map(|i| v[(i + best) % n]).collect();
-        Cycle {
-            mean: turn(&self.mean),
-            std: turn(&self.std),
-            cycles: self.cycles,
-        }
-    }
+/// The whole cycles of a motion from start to end, s, without those that are much smaller than the largest or much
+/// longer than `period`: between these the motion was another one.
+pub fn whole_cycles(time: &[f64], values: &[f64], period: f64) -> Vec<(f64, f64)> {
+    let height = |from: f64, to: f64| {
+        let range = time.partition_point(|t| *t < from)..time.partition_point(|t| *t < to);
+        let (low, high) = values[range]
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(*v), h.max(*v))
+            });
+        high - low
+    };
+    let starts = cycle_starts(time, values, period);
+    let spans: Vec<(f64, f64, f64)> = starts
+        .windows(2)
+        .map(|w| (w[0], w[1], height(w[0], w[1])))
+        .collect();
+    let largest = spans.iter().fold(0.0_f64, |m, s| m.max(s.2));
+    let alike = |s: &&(f64, f64, f64)| s.2 > 0.5 * largest && s.1 - s.0 < 1.5 * period;
+    spans.iter().filter(alike).map(|s| (s.0, s.1)).collect()
 }
 
 #[cfg(test)]
@@ -113,23 +119,32 @@ mod tests {
     }
 
     #[test]
-    fn val_a_shifted_motion_has_the_same_turned_cycle() {
+    fn val_the_mean_cycle_of_a_drifting_motion_is_one_of_its_cycles() {
         let time: Vec<f64> = (0..6000).map(|i| f64::from(i) * 1e-4).collect();
-        let cycle = |shift: f64| {
-            let values: Vec<f64> = time
-                .iter()
-                .map(|t| (TAU * (t + shift) / 0.03).sin())
-                .collect();
-            let starts: Vec<f64> = (0..19).map(|k| 0.03 * f64::from(k)).collect();
-            mean_cycle(&time, &values, &starts, 100).unwrap()
-        };
-        let (a, b) = (cycle(0.0), cycle(0.0123));
-        let worst = a
-            .mean
+        // The period grows by a tenth over the record.
+        let values: Vec<f64> = time
             .iter()
-            .zip(&b.turned_to(&a).mean)
-            .map(|(x, y)| (x - y).abs())
-            .fold(0.0, f64::max);
-        assert!(worst < 0.02, "{worst}");
+            .map(|t| (TAU * (t - 0.08 * t * t) / 0.03).sin())
+            .collect();
+        let cycle = mean_cycle(&time, &values, &whole_cycles(&time, &values, 0.031), 100).unwrap();
+        assert!(cycle.cycles >= 16);
+        for (phase, value) in cycle.mean.iter().enumerate() {
+            assert!((value - (TAU * phase as f64 / 100.0).sin()).abs() < 0.03);
+        }
+        assert!(cycle.std.iter().all(|s| *s < 0.05));
+    }
+
+    #[test]
+    fn val_cycles_of_a_smaller_motion_are_not_averaged_in() {
+        let time: Vec<f64> = (0..6000).map(|i| f64::from(i) * 1e-4).collect();
+        let values: Vec<f64> = time
+            .iter()
+            .map(|t| if *t < 0.3 { wave(*t) } else { 0.1 * wave(*t) })
+            .collect();
+        let cycles = whole_cycles(&time, &values, 0.03);
+        assert!(
+            (8..=10).contains(&cycles.len()) && cycles.iter().all(|c| c.1 < 0.33),
+            "{cycles:?}"
+        );
     }
 }

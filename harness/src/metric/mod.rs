@@ -16,11 +16,11 @@ mod velocity;
 
 pub use amplitude::{amplitude, quantile};
 pub use characteristics::{Characteristics, HARMONICS, characteristics};
-pub use cycle::{Cycle, cycle_starts, mean_cycle};
+pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
 pub use nrmse::nrmse;
 pub use period::{Period, period};
 pub use resample::{interpolate, resample};
-pub use residual::{AlignedResidual, ModelMotion, aligned_residual};
+pub use residual::{AlignedResidual, Fit, ModelMotion, aligned_residual};
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, stick_fraction};
 pub use velocity::velocity;

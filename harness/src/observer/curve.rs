@@ -79,7 +79,9 @@ const BEND: f64 = 0.003;
 const OUTLIER: f64 = 3.0;
 
 /// Speeds in m/s over which the first guesses fall.
-const FALLS: [f64; 3] = [0.008, 0.03, 0.12];
+const FALLS: [f64; 3] = [0.03, 0.008, 0.12];
+/// Misfit from which on no other first guess is tried.
+const GOOD: f64 = 1.2;
 
 /// Piecewise cubic (Catmull and Rom 1974) over `u = sqrt(v)` with evenly spaced nodes, even in `u`.
 #[derive(Clone, Copy)]
@@ -130,17 +132,21 @@ pub fn friction_curve(
 ) -> Result<FrictionCurve, ObserverError> {
     contact.check()?;
     let search = Search::new(structure, displacement, belt, contact, found, settings)?;
-    let exponential = FALLS
-        .iter()
-        .map(|fall| {
-            search.optimise(
-                search.exponential(*fall, contact, found),
-                settings.steps / 2,
-            )
-        })
-        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
-        .map(|(guess, _)| search.optimise(guess, settings.steps));
-    let Some((guess, _)) = exponential else {
+    let mut first: Option<(Guess, Linear)> = None;
+    for fall in FALLS {
+        let start = search.exponential(fall, contact, found);
+        let fit = search.optimise(start, settings.steps / 2);
+        if first.as_ref().is_none_or(|f| fit.1.cost < f.1.cost) {
+            first = Some(fit);
+        }
+        if first
+            .as_ref()
+            .is_some_and(|f| f.1.sum < GOOD * GOOD * f.1.count)
+        {
+            break;
+        }
+    }
+    let Some((guess, _)) = first.map(|(guess, _)| search.optimise(guess, settings.steps)) else {
         return Err(ObserverError::TooFewEvents {
             what: "the friction curve",
             found: 0,
@@ -293,7 +299,7 @@ impl<'a> Search<'a> {
                 guess = trial;
                 best = self.linearise(&guess);
                 damping *= 0.2;
-                if gain < 1e-5 {
+                if gain < 1e-4 {
                     break;
                 }
             } else {

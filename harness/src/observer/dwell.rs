@@ -56,8 +56,8 @@ impl DwellResult {
     }
 }
 
-/// Samples about the end of stick among which the largest force counts as break-away.
-const WINDOW: usize = 4;
+/// Samples at the end of stick whose second largest force counts as break-away.
+const WINDOW: usize = 6;
 
 /// Collects break-away events from complete stick phases.
 pub fn break_away(contact: &Contact) -> Result<DwellResult, ObserverError> {
@@ -68,14 +68,15 @@ pub fn break_away(contact: &Contact) -> Result<DwellResult, ObserverError> {
         .filter(|pair| pair[0].mode == PhaseMode::Stick && pair[0].complete)
         .map(|pair| {
             let stick = &pair[0];
-            // The tip lags behind afterwards: the force had pulled it along.
+            let mut last: Vec<f64> = (stick.past.saturating_sub(WINDOW).max(stick.first)
+                ..stick.past)
+                .map(|k| contact.force[k])
+                .collect();
+            // The tip lags behind afterwards: the force had pulled it along. The second largest, so
+            // that one stray value does not count.
             let sign = -f64::from(pair[1].mode.number());
-            let from = stick.past.saturating_sub(WINDOW).max(stick.first);
-            let to = (stick.past + 1).min(contact.force.len());
-            let force = sign
-                * (from..to)
-                    .map(|k| sign * contact.force[k])
-                    .fold(f64::MIN, f64::max);
+            last.sort_by(|a, b| (sign * b).total_cmp(&(sign * a)));
+            let force = last[1.min(last.len() - 1)];
             let arrival_force = contact.force[stick.first];
             BreakAway {
                 time: stick.end,

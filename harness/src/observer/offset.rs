@@ -27,6 +27,11 @@ impl Estimate {
 /// Number of parts of the record whose means give the drift.
 const PARTS: usize = 12;
 
+/// Least number of samples in forward slip for [`offset_from_symmetry`].
+const FORWARD_SAMPLES: usize = 100;
+/// Least number of speeds common to both directions.
+const OVERLAP: usize = 3;
+
 /// Drift of the displacement in m/s: slope of a line through the means of equal parts of the record
 /// (NaN samples left out). `None` for records that are too short.
 ///
@@ -76,7 +81,11 @@ pub fn offset_from_symmetry(
 ) -> Option<Estimate> {
     let forward: Vec<&Bin> = bins.iter().filter(|b| b.relative_velocity > 0.0).collect();
     let backward: Vec<&Bin> = bins.iter().filter(|b| b.relative_velocity < 0.0).collect();
+    if forward.iter().map(|b| b.count).sum::<usize>() < FORWARD_SAMPLES {
+        return None;
+    }
     let (mut sum, mut weight) = (0.0, 0.0);
+    let mut found = Vec::new();
     for bin in forward {
         let speed = bin.relative_velocity;
         // Straight between the two backward bins on either side of this speed.
@@ -92,14 +101,24 @@ pub fn offset_from_symmetry(
             .hypot(pair[0].mu_error.max(pair[1].mu_error))
             .max(1e-4);
         // F is -mu N forward and +mu N backward; the offset adds to both.
-        sum += 0.5 * (other - bin.mu) / error.powi(2);
+        let half = 0.5 * (other - bin.mu);
+        found.push((half, error));
+        sum += half / error.powi(2);
         weight += error.powi(-2);
     }
-    (weight > 0.0).then(|| {
-        let scale = normal_force.at(0) * structure.static_compliance();
-        Estimate {
-            value: scale * sum / weight,
-            std: scale * 0.5 / weight.sqrt(),
-        }
+    if found.len() < OVERLAP {
+        return None;
+    }
+    let mean = sum / weight;
+    // Where the speeds disagree more than their errors, the disagreement counts.
+    let disagreement: f64 = found
+        .iter()
+        .map(|(half, e)| ((half - mean) / (0.5 * e)).powi(2))
+        .sum();
+    let widen = (disagreement / (found.len() - 1) as f64).sqrt().max(1.0);
+    let scale = normal_force.at(0) * structure.static_compliance();
+    Some(Estimate {
+        value: scale * mean,
+        std: scale * 0.5 * widen / weight.sqrt(),
     })
 }

@@ -4,8 +4,17 @@
 #[derive(Debug, Clone)]
 pub struct Axis {
     pub(super) label: String,
-    pub(super) log: bool,
-    pub(super) range: Option<(f64, f64)>,
+    kind: Kind,
+    names: Vec<String>,
+    range: Option<(f64, f64)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Linear,
+    Log,
+    /// Logarithmic on either side of zero, linear below this size.
+    Symlog(f64),
 }
 
 impl Axis {
@@ -18,7 +27,8 @@ impl Axis {
         };
         Axis {
             label,
-            log: false,
+            kind: Kind::Linear,
+            names: Vec::new(),
             range: None,
         }
     }
@@ -26,9 +36,59 @@ impl Axis {
     /// A logarithmic axis; values that are not positive are left out.
     pub fn log(quantity: &str, unit: &str) -> Axis {
         Axis {
-            log: true,
+            kind: Kind::Log,
             ..Axis::linear(quantity, unit)
         }
+    }
+
+    /// Logarithmic on either side of zero and linear where values are smaller than `linear`.
+    pub fn symlog(quantity: &str, unit: &str, linear: f64) -> Axis {
+        Axis {
+            kind: Kind::Symlog(linear),
+            ..Axis::linear(quantity, unit)
+        }
+    }
+
+    /// A horizontal axis with named places at 0, 1, 2, ...
+    pub fn places(quantity: &str, names: &[String]) -> Axis {
+        Axis {
+            names: names.to_vec(),
+            range: Some((-0.5, names.len() as f64 - 0.5)),
+            ..Axis::linear(quantity, "1")
+        }
+    }
+
+    /// A vertical axis with named rows at 0, 1, 2, ... from top to bottom.
+    pub fn rows(names: &[String]) -> Axis {
+        Axis {
+            range: Some((names.len() as f64 - 0.5, -0.5)),
+            ..Axis::places("", names)
+        }
+    }
+
+    /// Room in px that the names of the rows need.
+    pub(super) fn name_width(&self) -> f64 {
+        self.names
+            .iter()
+            .map(|n| n.chars().count())
+            .max()
+            .map_or(0.0, |n| 6.8 * n as f64 + 14.0)
+    }
+
+    /// Places and texts of about `count` ticks.
+    pub(super) fn ticks(&self, scale: &Scale, count: usize) -> Vec<(f64, String)> {
+        if self.names.is_empty() {
+            let ticks = scale.ticks(count);
+            return ticks
+                .iter()
+                .map(|t| (*t, scale.tick_text(&ticks, *t)))
+                .collect();
+        }
+        self.names
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (i as f64, n.clone()))
+            .collect()
     }
 
     /// A fixed range.
@@ -39,15 +99,20 @@ impl Axis {
 
     /// The scale that shows `values`.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>) -> Scale {
-        let shown = values.filter(|v| v.is_finite() && (!self.log || *v > 0.0));
+        let shown = values.filter(|v| v.is_finite() && (self.kind != Kind::Log || *v > 0.0));
         let (low, high) = self.range.unwrap_or_else(|| {
             let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
                 (l.min(v), h.max(v))
             });
             if low > high {
-                (if self.log { 1.0 } else { 0.0 }, 10.0)
-            } else if self.log {
+                (if self.kind == Kind::Log { 1.0 } else { 0.0 }, 10.0)
+            } else if self.kind == Kind::Log {
                 (low / 1.2, high * 1.2)
+            } else if let Kind::Symlog(linear) = self.kind {
+                (
+                    low - 0.15 * low.abs() - 0.2 * linear,
+                    high + 0.15 * high.abs() + 0.2 * linear,
+                )
             } else {
                 let margin = if high > low {
                     0.04 * (high - low)
@@ -60,7 +125,7 @@ impl Axis {
         Scale {
             low,
             high,
-            log: self.log,
+            kind: self.kind,
         }
     }
 }
@@ -70,22 +135,26 @@ impl Axis {
 pub(super) struct Scale {
     pub low: f64,
     pub high: f64,
-    log: bool,
+    kind: Kind,
 }
 
 impl Scale {
     pub fn share(&self, value: f64) -> f64 {
-        if self.log {
-            (value / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        }
+        let place = |v: f64| match self.kind {
+            Kind::Linear => v,
+            Kind::Log => v.ln(),
+            Kind::Symlog(linear) => (v / linear).asinh(),
+        };
+        (place(value) - place(self.low)) / (place(self.high) - place(self.low))
     }
 
     /// About `count` round values inside the range.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
-        if self.log && self.high / self.low >= 10.0 {
-            return decades(self.low, self.high);
+        match self.kind {
+            Kind::Log if self.high / self.low >= 300.0 => return decades(self.low, self.high),
+            Kind::Log => return round_steps(self.low, self.high),
+            Kind::Symlog(linear) => return both_sides(self.low, self.high, linear),
+            Kind::Linear => {}
         }
         let raw = (self.high - self.low) / count.max(1) as f64;
         let magnitude = 10f64.powf(raw.log10().floor());
@@ -100,7 +169,10 @@ impl Scale {
     }
 
     /// Text of a tick, with the decimals that its step needs.
-    pub fn tick_text(ticks: &[f64], value: f64) -> String {
+    pub fn tick_text(&self, ticks: &[f64], value: f64) -> String {
+        if self.kind != Kind::Linear {
+            return super::number(value, 3);
+        }
         let step = ticks
             .windows(2)
             .map(|w| w[1] - w[0])
@@ -118,6 +190,30 @@ impl Scale {
         };
         format!("{value:.decimals$}")
     }
+}
+
+/// Round values on a logarithmic axis of less than three decades: the closer, the shorter it is.
+fn round_steps(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = match high / low {
+        r if r < 4.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+        r if r < 30.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0, 3.0],
+    };
+    (low.log10().floor() as i32..=high.log10().floor() as i32)
+        .flat_map(|e| steps.iter().map(move |m| m * 10f64.powi(e)))
+        .filter(|t| (low..=high).contains(t))
+        .collect()
+}
+
+/// Powers of ten on either side of zero, from `linear` on.
+fn both_sides(low: f64, high: f64, linear: f64) -> Vec<f64> {
+    let largest = low.abs().max(high.abs()).max(2.0 * linear);
+    let sizes = decades(linear * 0.999, largest);
+    let down = sizes.iter().rev().map(|s| -s);
+    down.chain([0.0])
+        .chain(sizes.iter().copied())
+        .filter(|t| (low..=high).contains(t))
+        .collect()
 }
 
 fn decades(low: f64, high: f64) -> Vec<f64> {
@@ -139,7 +235,7 @@ mod tests {
             .from_to(-0.13, 0.61)
             .scale(std::iter::empty());
         let ticks = scale.ticks(5);
-        let shown: Vec<String> = ticks.iter().map(|t| Scale::tick_text(&ticks, *t)).collect();
+        let shown: Vec<String> = ticks.iter().map(|t| scale.tick_text(&ticks, *t)).collect();
         assert_eq!(shown, ["0.0", "0.2", "0.4", "0.6"]);
         let log = Axis::log("A", "m")
             .from_to(1e-8, 1e-3)

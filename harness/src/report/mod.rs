@@ -16,6 +16,7 @@
 mod axis;
 mod bars;
 mod colour;
+mod layer;
 mod matrix;
 mod number;
 mod page;

@@ -2,6 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::colour::Colour;
 use super::table::Table;
 
 /// Something that can be drawn.
@@ -33,9 +34,25 @@ impl Page {
         self
     }
 
+    /// A bar that stays in sight while the page is scrolled: a verdict in a few words, and links to sections.
+    pub fn banner(self, colour: Colour, headline: &str, text: &str, sections: &[&str]) -> Page {
+        let style = format!("border-color:{}", colour.css());
+        self.add(html! {
+            header.banner style=(style) {
+                strong { (headline) } " " span { (text) }
+                nav { @for title in sections { a href={ "#" (anchor(title)) } { (title) } } }
+            }
+        })
+    }
+
+    /// A command line or other text to be copied.
+    pub fn code(self, text: &str) -> Page {
+        self.add(html! { pre { code { (text) } } })
+    }
+
     /// Starts a section.
     pub fn section(self, title: &str) -> Page {
-        self.add(html! { h2 { (title) } })
+        self.add(html! { h2 id=(anchor(title)) { (title) } })
     }
 
     /// Starts a part of a section.
@@ -84,6 +101,18 @@ impl Page {
         }
         .into_string()
     }
+}
+
+/// A title as the name of a link's target.
+fn anchor(title: &str) -> String {
+    let keep = |c: char| {
+        if c.is_ascii_alphanumeric() {
+            c.to_ascii_lowercase()
+        } else {
+            '-'
+        }
+    };
+    title.chars().map(keep).collect()
 }
 
 fn markup(figure: &dyn Figure) -> Markup {

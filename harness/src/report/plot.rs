@@ -1,11 +1,10 @@
 //! Lines, points, bands and shaded intervals over two axes.
 
-use std::fmt::Write as _;
-
 use super::axis::{Axis, Scale};
 use super::colour::Colour;
+use super::layer::{Layer, Shape, pairs};
 use super::page::Figure;
-use super::svg::{Canvas, Mark};
+use super::svg::Canvas;
 
 /// A picture over two axes. Later layers lie on top of earlier ones.
 #[derive(Debug, Clone)]
@@ -15,26 +14,6 @@ pub struct Plot {
     layers: Vec<Layer>,
     caption: String,
     size: (f64, f64),
-}
-
-#[derive(Debug, Clone)]
-struct Layer {
-    name: String,
-    colour: Colour,
-    shape: Shape,
-}
-
-#[derive(Debug, Clone)]
-enum Shape {
-    Line {
-        points: Vec<(f64, f64)>,
-        dashed: bool,
-        width: f64,
-    },
-    Points(Vec<(f64, f64)>),
-    Band(Vec<(f64, f64, f64)>),
-    Shade(Vec<(f64, f64)>),
-    Level(f64),
 }
 
 impl Plot {
@@ -135,33 +114,42 @@ impl Plot {
         self.layer(name, colour, Shape::Level(y))
     }
 
-    fn xs(&self) -> impl Iterator<Item = f64> + '_ {
-        self.layers.iter().flat_map(|layer| match &layer.shape {
-            Shape::Line { points, .. } | Shape::Points(points) => {
-                points.iter().map(|p| p.0).collect()
-            }
-            Shape::Band(points) => points.iter().map(|p| p.0).collect::<Vec<_>>(),
-            Shape::Shade(_) | Shape::Level(_) => Vec::new(),
-        })
+    /// A dashed line from bottom to top at one x.
+    pub fn upright(self, name: &str, colour: Colour, x: f64) -> Plot {
+        self.layer(name, colour, Shape::Upright(x))
+    }
+
+    /// Small points that may lie over one another, for clouds of thousands.
+    pub fn cloud(self, name: &str, colour: Colour, x: &[f64], y: &[f64]) -> Plot {
+        self.layer(name, colour, Shape::Cloud(pairs(x, y)))
+    }
+
+    /// Points with an interval along x each.
+    pub fn intervals(
+        self,
+        name: &str,
+        colour: Colour,
+        y: &[f64],
+        middle: &[f64],
+        low: &[f64],
+        high: &[f64],
+    ) -> Plot {
+        let all = (0..y.len())
+            .map(|i| (y[i], middle[i], low[i], high[i]))
+            .collect();
+        self.layer(name, colour, Shape::Intervals(all))
+    }
+
+    /// Short texts to the right of points.
+    pub fn notes(self, colour: Colour, x: &[f64], y: &[f64], texts: &[String]) -> Plot {
+        let notes = pairs(x, y).into_iter().zip(texts.iter().cloned()).collect();
+        self.layer("", colour, Shape::Notes(notes))
     }
 
     /// The values on the y axis, of points inside the x range only: what is cut off must not set the scale.
     fn ys(&self, x: Scale) -> impl Iterator<Item = f64> + '_ {
         let inside = move |v: f64| (x.low..=x.high).contains(&v);
-        self.layers
-            .iter()
-            .flat_map(move |layer| match &layer.shape {
-                Shape::Line { points, .. } | Shape::Points(points) => {
-                    points.iter().filter(|p| inside(p.0)).map(|p| p.1).collect()
-                }
-                Shape::Band(points) => points
-                    .iter()
-                    .filter(|p| inside(p.0))
-                    .flat_map(|p| [p.1, p.2])
-                    .collect::<Vec<_>>(),
-                Shape::Level(y) => vec![*y],
-                Shape::Shade(_) => Vec::new(),
-            })
+        self.layers.iter().flat_map(move |l| l.shape.ys(&inside))
     }
 }
 
@@ -174,7 +162,8 @@ impl Figure for Plot {
             .map(|l| (l.name.clone(), l.colour, l.shape.mark()))
             .collect();
         let mut canvas = Canvas::new(self.size.0, self.size.1, &legend);
-        let x = self.x.scale(self.xs());
+        canvas.widen_left(self.y.name_width());
+        let x = self.x.scale(self.layers.iter().flat_map(|l| l.shape.xs()));
         let y = self.y.scale(self.ys(x));
         canvas.axes((&self.x, &x), (&self.y, &y));
         canvas.open_area();
@@ -188,72 +177,4 @@ impl Figure for Plot {
     fn caption(&self) -> &str {
         &self.caption
     }
-}
-
-fn pairs(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
-    x.iter().copied().zip(y.iter().copied()).collect()
-}
-
-impl Shape {
-    fn mark(&self) -> Mark {
-        match self {
-            Shape::Line { dashed: false, .. } => Mark::Line,
-            Shape::Line { .. } | Shape::Level(_) => Mark::Dashed,
-            Shape::Points(_) => Mark::Point,
-            Shape::Band(_) | Shape::Shade(_) => Mark::Area,
-        }
-    }
-}
-
-impl Layer {
-    fn draw(&self, canvas: &mut Canvas, x: Scale, y: Scale) {
-        let (left, top, width, height) = (canvas.left, canvas.top, canvas.width, canvas.height);
-        let at_x = |v: f64| left + width * x.share(v);
-        let at_y = |v: f64| top + height * (1.0 - y.share(v));
-        let colour = self.colour.css();
-        let out = &mut canvas.text;
-        let _ = match &self.shape {
-            Shape::Line { points, dashed, width } => {
-                let dash = if *dashed { r#" stroke-dasharray="6 4""# } else { "" };
-                let d = path(points.iter().map(|p| (at_x(p.0), at_y(p.1))));
-                write!(out, r#"<path d="{d}" fill="none" style="stroke:{colour}" stroke-width="{width}"{dash} stroke-linejoin="round"/>"#)
-            }
-            Shape::Points(points) => points.iter().filter(|p| p.0.is_finite() && p.1.is_finite()).try_for_each(|p| {
-                write!(out, r#"<circle cx="{:.1}" cy="{:.1}" r="3" style="fill:{colour}"/>"#, at_x(p.0), at_y(p.1))
-            }),
-            Shape::Band(points) => {
-                let there = points.iter().map(|p| (at_x(p.0), at_y(p.1)));
-                let back = points.iter().rev().map(|p| (at_x(p.0), at_y(p.2)));
-                write!(out, r#"<path d="{}Z" style="fill:{colour}" fill-opacity="0.22"/>"#, path(there.chain(back)))
-            }
-            Shape::Shade(intervals) => intervals.iter().try_for_each(|(from, to)| {
-                let (from, to) = (at_x(*from), at_x(*to));
-                write!(out, r#"<rect x="{from:.1}" y="{top}" width="{:.1}" height="{height:.1}" style="fill:{colour}" fill-opacity="0.16"/>"#, to - from)
-            }),
-            Shape::Level(value) => {
-                let at = at_y(*value);
-                write!(out, r#"<line x1="{left}" x2="{:.1}" y1="{at:.1}" y2="{at:.1}" style="stroke:{colour}" stroke-width="1.2" stroke-dasharray="6 4"/>"#, left + width)
-            }
-        };
-    }
-}
-
-/// Path data. Points within 0.4 px of the one drawn before are left out: nobody sees them, and the file stays small.
-fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut d = String::new();
-    let mut pen_up = true;
-    let mut last = (f64::NAN, f64::NAN);
-    for (x, y) in points {
-        if !(x.is_finite() && y.is_finite()) {
-            pen_up = true;
-            continue;
-        }
-        let near = (x - last.0).abs() < 0.4 && (y - last.1).abs() < 0.4;
-        if near && !pen_up {
-            continue;
-        }
-        let _ = write!(d, "{}{x:.1} {y:.1}", if pen_up { 'M' } else { 'L' });
-        (pen_up, last) = (false, (x, y));
-    }
-    d
 }

@@ -11,7 +11,7 @@ const RIGHT: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
 const LEGEND_ROW: f64 = 18.0;
 /// Width of a legend's character and of its mark, px.
-const CHARACTER: f64 = 6.6;
+const CHARACTER: f64 = 6.2;
 const MARK: f64 = 30.0;
 
 /// How a legend entry is drawn.
@@ -92,6 +92,13 @@ impl Canvas {
         }
     }
 
+    /// Moves the plotting area's left border to the right if less room than `needed` px is left of it.
+    pub fn widen_left(&mut self, needed: f64) {
+        let more = (needed - self.left).max(0.0);
+        self.left += more;
+        self.width -= more;
+    }
+
     /// Text at a point; `anchor` is `start`, `middle` or `end`.
     pub fn label(&mut self, x: f64, y: f64, anchor: &str, text: &str) {
         let _ = write!(
@@ -110,19 +117,13 @@ impl Canvas {
             self.top + self.height,
         );
         self.axis_below(x.0, x.1);
-        let ticks = y.1.ticks((self.height / 42.0) as usize);
-        for tick in &ticks {
-            let at = bottom - self.height * y.1.share(*tick);
+        for (tick, text) in y.0.ticks(y.1, (self.height / 42.0) as usize) {
+            let at = bottom - self.height * y.1.share(tick);
             let _ = write!(
                 self.text,
                 r#"<line class="grid" x1="{left}" x2="{right:.1}" y1="{at:.1}" y2="{at:.1}"/>"#
             );
-            self.label(
-                left - 6.0,
-                at + 4.0,
-                "end",
-                &Scale::tick_text(&ticks, *tick),
-            );
+            self.label(left - 6.0, at + 4.0, "end", &text);
         }
         self.upright(14.0, top + self.height / 2.0, &y.0.label);
     }
@@ -130,19 +131,13 @@ impl Canvas {
     /// Border, and grid, ticks and label of the horizontal axis only.
     pub fn axis_below(&mut self, axis: &Axis, scale: &Scale) {
         let (left, top, bottom) = (self.left, self.top, self.top + self.height);
-        let ticks = scale.ticks((self.width / 90.0) as usize);
-        for tick in &ticks {
-            let at = left + self.width * scale.share(*tick);
+        for (tick, text) in axis.ticks(scale, (self.width / 90.0) as usize) {
+            let at = left + self.width * scale.share(tick);
             let _ = write!(
                 self.text,
                 r#"<line class="grid" x1="{at:.1}" x2="{at:.1}" y1="{top}" y2="{bottom:.1}"/>"#
             );
-            self.label(
-                at,
-                bottom + 16.0,
-                "middle",
-                &Scale::tick_text(&ticks, *tick),
-            );
+            self.label(at, bottom + 16.0, "middle", &text);
         }
         let _ = write!(
             self.text,

@@ -2,13 +2,14 @@
 
 use serde::Serialize;
 
+use super::follow::follow;
 use super::model_motion::{Lead, Piece, model_motions};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
 use crate::metric::{
-    Characteristics, Cycle, ModelMotion, Spectrum, StickDetection, aligned_residual, amplitude,
-    characteristics, cycle_starts, detect_stick, mean_cycle, nrmse, resample, spectrum,
+    Characteristics, Cycle, Spectrum, StickDetection, characteristics, detect_stick, mean_cycle,
+    resample, spectrum, whole_cycles,
 };
 
 /// Phases of the averaged cycle.
@@ -39,6 +40,13 @@ pub struct RunComparison {
     pub curves: Curves,
 }
 
+impl RunComparison {
+    /// Whether the run fails a gate; a run that cannot be scored does.
+    pub fn exceeds(&self, limit: f64) -> bool {
+        self.nrmse.is_nan() || self.nrmse > limit
+    }
+}
+
 /// Curves of one run for the pictures, SI units.
 #[derive(Debug, Clone)]
 pub struct Curves {
@@ -50,9 +58,9 @@ pub struct Curves {
     pub residual: Vec<f64>,
     /// Stick and velocity of the measurement.
     pub measured_stick: StickDetection,
-    /// Model displacement, m, and velocity, m/s, as long as the record.
+    /// The model at the same times, aligned: displacement, m, and velocity, m/s (NaN where two motions meet).
     pub model: (Vec<f64>, Vec<f64>),
-    /// Averaged cycles, the model's turned to fit; `None` without cycles.
+    /// Averaged cycles of the measurement and of the aligned model over the same times; `None` without cycles.
     pub cycles: Option<(Cycle, Cycle)>,
     /// For each phase of the measured cycle, whether it sticks in most cycles.
     pub cycle_sticks: Vec<bool>,
@@ -70,107 +78,53 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
 
     let lead = period.map_or(Lead::default(), |p| Lead::of(p, run.duration(), interval));
     let motions = model_motions(fmu, beam, run, lead)?;
-    let pieces = Piece::all(&motions, lead);
-    let (aligned_nrmse, residual, shown) = match period {
-        Some(period) => {
-            let views: Vec<ModelMotion> = pieces.iter().map(|p| p.view(interval)).collect();
-            let aligned = aligned_residual(&time, &run.displacement, &views, period);
-            let used = pieces
-                .iter()
-                .enumerate()
-                .filter(|(k, _)| aligned.fits.iter().any(|f| f.0 == *k))
-                .map(|(_, p)| *p);
-            let off =
-                |p: &Piece| (amplitude(p.over_record(time.len()).0) - measured.amplitude).abs();
-            let nearest = used.min_by(|a, b| off(a).total_cmp(&off(b)));
-            (
-                aligned.nrmse,
-                aligned.residual,
-                nearest.unwrap_or(pieces[0]),
-            )
-        }
-        // Without a cycle there is nothing to align: the first motion starts from the measured state.
-        None => {
-            let (error, residual) =
-                plain_residual(&time, &run.displacement, &pieces[0].view(interval));
-            (error, residual, pieces[0])
-        }
-    };
-    let (model, model_velocity) = shown.over_record(time.len());
-    let (model, model_velocity) = (model.to_vec(), model_velocity.to_vec());
-    let model_time: Vec<f64> = (0..model.len()).map(|i| i as f64 * interval).collect();
+    let follower = follow(&time, run, &Piece::all(&motions, lead), period);
     let measured_stick = detect_stick(&time, &run.displacement, run.belt_velocity, noise);
-    let model_metrics = characteristics(&model_time, &model, run.belt_velocity, 0.0);
-    let cycles = cycles(
-        (&time, &run.displacement, measured.period),
-        (&model_time, &model, model_metrics.period),
-    );
+    // The follower has the measured period by construction; what the model does by itself counts.
+    let model = Characteristics {
+        period: follower.own_period.map(|p| p.seconds),
+        regularity: follower.own_period.map(|p| p.regularity),
+        ..characteristics(&time, &follower.displacement, run.belt_velocity, 0.0)
+    };
+    let even = |values: &[f64]| spectrum(&resample(&time, values, interval), interval);
+    let whole = period
+        .map(|p| whole_cycles(&time, &run.displacement, p))
+        .unwrap_or_default();
+    let average = |values: &[f64]| mean_cycle(&time, values, &whole, PHASES);
+    let flags: Vec<f64> = measured_stick
+        .sticks
+        .iter()
+        .map(|s| f64::from(u8::from(*s)))
+        .collect();
     let curves = Curves {
-        cycle_sticks: cycle_sticks(&time, &run.displacement, &measured_stick, measured.period),
-        spectra: (
-            spectrum(&resample(&time, &run.displacement, interval), interval),
-            spectrum(&model, interval),
-        ),
-        residual,
-        measured_stick,
-        model: (model, model_velocity),
-        cycles,
+        cycle_sticks: average(&flags)
+            .map(|c| c.mean.iter().map(|share| *share > 0.5).collect())
+            .unwrap_or_default(),
+        cycles: average(&run.displacement).zip(average(&follower.displacement)),
+        spectra: (even(&run.displacement), even(&follower.displacement)),
         measured: run.displacement.clone(),
+        measured_stick,
+        model: (follower.displacement, follower.velocity),
+        residual: follower.residual,
         time,
     };
     Ok(RunComparison {
         name: run.name.clone(),
         belt_velocity_m_per_s: run.belt_velocity,
         normal_force_n: run.normal_force,
-        nrmse: aligned_nrmse,
+        nrmse: follower.nrmse,
         noise_floor: noise / spread(&run.displacement),
         noise_std_m: noise,
         measured,
-        model: model_metrics,
+        model,
         remarks: remarks(run),
         curves,
     })
 }
 
-fn plain_residual(time: &[f64], measured: &[f64], motion: &ModelMotion) -> (f64, Vec<f64>) {
-    let model: Vec<f64> = time.iter().map(|t| motion.at(*t)).collect();
-    let residual = measured.iter().zip(&model).map(|(m, y)| m - y).collect();
-    (nrmse(measured, &model), residual)
-}
-
 fn spread(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-}
-
-type Signal<'a> = (&'a [f64], &'a [f64], Option<f64>);
-
-fn cycles(measured: Signal, model: Signal) -> Option<(Cycle, Cycle)> {
-    let average = |(time, values, period): Signal| {
-        mean_cycle(time, values, &cycle_starts(time, values, period?), PHASES)
-    };
-    let (measured, model) = (average(measured)?, average(model)?);
-    let model = model.turned_to(&measured);
-    Some((measured, model))
-}
-
-fn cycle_sticks(
-    time: &[f64],
-    values: &[f64],
-    stick: &StickDetection,
-    period: Option<f64>,
-) -> Vec<bool> {
-    let flags: Vec<f64> = stick
-        .sticks
-        .iter()
-        .map(|s| f64::from(u8::from(*s)))
-        .collect();
-    let starts = period
-        .map(|p| cycle_starts(time, values, p))
-        .unwrap_or_default();
-    mean_cycle(time, &flags, &starts, PHASES)
-        .map(|c| c.mean.iter().map(|share| *share > 0.5).collect())
-        .unwrap_or_default()
 }
 
 fn remarks(run: &Run) -> Vec<String> {

@@ -1,8 +1,10 @@
 //! `stickslip compare`: an FMU at every operating point of a measured campaign, and where they differ.
 
 mod comparison;
+mod follow;
 mod model_motion;
 mod page;
+mod pictures;
 mod terminal;
 
 use std::path::PathBuf;
@@ -107,8 +109,7 @@ struct Summary<'a> {
 
 fn gate(comparisons: &[RunComparison], limit: Option<f64>) -> Result<(), Error> {
     match (comparisons.first(), limit) {
-        // Not `>`, so that NaN fails too.
-        (Some(worst), Some(limit)) if !(worst.nrmse <= limit) => Err(Error::GateFailed {
+        (Some(worst), Some(limit)) if worst.exceeds(limit) => Err(Error::GateFailed {
             run: worst.name.clone(),
             value: worst.nrmse,
             limit,

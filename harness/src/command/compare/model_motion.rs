@@ -69,23 +69,28 @@ impl<'a> Piece<'a> {
         if self.settled { self.lead.settle } else { 0 }
     }
 
-    /// In the record's time.
-    pub fn view(self, interval: f64) -> ModelMotion<'a> {
+    /// Displacement in the record's time, m.
+    pub fn displacement(self, interval: f64) -> ModelMotion<'a> {
+        self.view(&self.motion.displacement, interval)
+    }
+
+    /// Velocity in the record's time, m/s.
+    pub fn velocity(self, interval: f64) -> ModelMotion<'a> {
+        self.view(&self.motion.velocity, interval)
+    }
+
+    fn view(self, values: &'a [f64], interval: f64) -> ModelMotion<'a> {
         ModelMotion {
             start: -(self.lead.shift as f64) * interval,
             interval,
-            values: &self.motion.displacement[self.first()..],
+            values: &values[self.first()..],
         }
     }
 
-    /// Displacement (m) and velocity (m/s) over the record, `samples` long.
-    pub fn over_record(self, samples: usize) -> (&'a [f64], &'a [f64]) {
+    /// Even samples of the displacement (m) over the record.
+    pub fn samples(self, count: usize) -> &'a [f64] {
         let first = self.first() + self.lead.shift;
-        let range = first..(first + samples).min(self.motion.displacement.len());
-        (
-            &self.motion.displacement[range.clone()],
-            &self.motion.velocity[range],
-        )
+        &self.motion.displacement[first..(first + count).min(self.motion.displacement.len())]
     }
 }
 

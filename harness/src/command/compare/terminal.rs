@@ -23,8 +23,8 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
     for run in comparisons {
         let score = format!("{:>7}", number(run.nrmse, 3));
         let score = match limit {
-            Some(limit) if run.nrmse <= limit => style(score).green(),
-            Some(_) => style(score).red(),
+            Some(limit) if run.exceeds(limit) => style(score).red(),
+            Some(_) => style(score).green(),
             None => style(score),
         };
         let period = |seconds: Option<f64>| seconds.map_or("none".into(), |s| with_unit(s, "s"));

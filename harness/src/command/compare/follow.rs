@@ -1,0 +1,66 @@
+//! The model's motions made to follow a record.
+
+use super::model_motion::Piece;
+use crate::measurement::Run;
+use crate::metric::{Period, aligned_residual, amplitude, nrmse, period};
+
+/// The model at a record's sample times.
+pub(super) struct Follower {
+    /// Displacement, m.
+    pub displacement: Vec<f64>,
+    /// Velocity, m/s; NaN where the model is switched from one motion or phase to another.
+    pub velocity: Vec<f64>,
+    /// Measured minus model, m.
+    pub residual: Vec<f64>,
+    /// Root mean square of the residual over the spread of the measurement, 1.
+    pub nrmse: f64,
+    /// Period of the one motion whose amplitude is nearest to the measured.
+    pub own_period: Option<Period>,
+}
+
+/// Aligns the best of `pieces` to each cycle of a run with this cycle `period` (s). Without a period there is nothing to
+/// align: then the first piece, which starts from the measured state, is taken as it is.
+pub(super) fn follow(time: &[f64], run: &Run, pieces: &[Piece], period_s: Option<f64>) -> Follower {
+    let interval = run.sample_interval();
+    let Some(period_s) = period_s else {
+        let displacement = pieces[0].displacement(interval).at_all(time);
+        return Follower {
+            velocity: pieces[0].velocity(interval).at_all(time),
+            residual: run
+                .displacement
+                .iter()
+                .zip(&displacement)
+                .map(|(m, y)| m - y)
+                .collect(),
+            nrmse: nrmse(&run.displacement, &displacement),
+            own_period: period(pieces[0].samples(time.len()), interval),
+            displacement,
+        };
+    };
+    let views: Vec<_> = pieces.iter().map(|p| p.displacement(interval)).collect();
+    let aligned = aligned_residual(time, &run.displacement, &views, period_s);
+    let mut velocity = Vec::with_capacity(time.len());
+    for fit in &aligned.fits {
+        let motion = pieces[fit.motion].velocity(interval);
+        velocity.extend(
+            time[fit.samples.clone()]
+                .iter()
+                .map(|t| motion.at(t + fit.shift)),
+        );
+        velocity[fit.samples.start] = f64::NAN;
+    }
+    let target = amplitude(&run.displacement);
+    let over_record = |k: usize| views[k].at_all(time);
+    let off = |k: &usize| (amplitude(&over_record(*k)) - target).abs();
+    let mut used: Vec<usize> = aligned.fits.iter().map(|f| f.motion).collect();
+    used.sort_unstable();
+    used.dedup();
+    let nearest = used.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    Follower {
+        own_period: nearest.and_then(|k| period(pieces[k].samples(time.len()), interval)),
+        displacement: aligned.model,
+        velocity,
+        residual: aligned.residual,
+        nrmse: aligned.nrmse,
+    }
+}

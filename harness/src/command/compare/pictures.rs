@@ -1,0 +1,195 @@
+//! The pictures of a comparison.
+
+use super::RunComparison;
+use super::comparison::Curves;
+use crate::metric::{Cycle, HARMONICS, quantile};
+use crate::report::{Axis, Bars, Colour, Plot};
+
+const MILLI: f64 = 1e3;
+const MICRO: f64 = 1e6;
+
+pub(super) fn scores(comparisons: &[RunComparison]) -> Bars {
+    let names: Vec<String> = comparisons.iter().map(|r| r.name.clone()).collect();
+    let values = |f: fn(&RunComparison) -> f64| comparisons.iter().map(f).collect::<Vec<_>>();
+    Bars::new(Axis::linear("NRMSE", "1"), &names)
+        .series("model error", Colour::Orange, &values(|r| r.nrmse))
+        .series(
+            "noise, which no model removes",
+            Colour::Grey,
+            &values(|r| r.noise_floor),
+        )
+        .caption(
+            "How far the model is from each measured run, beside the share that is only noise.",
+        )
+}
+
+pub(super) fn harmonic_error(comparisons: &[RunComparison]) -> Plot {
+    let order: Vec<f64> = (1..=HARMONICS).map(|k| k as f64).collect();
+    let axes = Plot::new(
+        Axis::linear("harmonic", "1").from_to(0.7, HARMONICS as f64 + 0.3),
+        Axis::log("amplitude", "µm"),
+    );
+    let plot = comparisons
+        .iter()
+        .zip(Colour::SERIES)
+        .fold(axes, |plot, (run, colour)| {
+            let micro = |list: &[f64]| list.iter().map(|a| a * 1e6).collect::<Vec<_>>();
+            plot.line(&run.name, colour, &order, &micro(&run.model.harmonics))
+                .scatter("", colour, &order, &micro(&run.measured.harmonics))
+        });
+    plot.caption(
+        "Amplitudes of the harmonics of the cycle: lines are the model, points the measurement.",
+    )
+}
+
+fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+    values.iter().map(|v| v * factor).collect()
+}
+
+pub(super) fn time_series(curves: &Curves) -> Plot {
+    Plot::new(
+        Axis::linear("time", "s"),
+        Axis::linear("tip displacement", "mm"),
+    )
+    .size(1240.0, 260.0)
+    .thin_line(
+        "measured",
+        Colour::Ink,
+        &curves.time,
+        &scaled(&curves.measured, MILLI),
+    )
+    .thin_line(
+        "model, aligned cycle by cycle",
+        Colour::Orange,
+        &curves.time,
+        &scaled(&curves.model.0, MILLI),
+    )
+    .caption("The record, and in each of its cycles the most similar cycle of the model.")
+}
+
+pub(super) fn cycle_overlay(run: &RunComparison, measured: &Cycle, model: &Cycle) -> Plot {
+    let phases = measured.mean.len();
+    let period = run.measured.period.unwrap_or(1.0) * MILLI;
+    let at = |i: usize| period * i as f64 / phases as f64;
+    let time: Vec<f64> = (0..phases).map(at).collect();
+    let edge = |sign: f64| {
+        measured
+            .mean
+            .iter()
+            .zip(&measured.std)
+            .map(|(m, s)| (m + sign * s) * MILLI)
+            .collect::<Vec<_>>()
+    };
+    let sticks: Vec<(f64, f64)> = stretches(&run.curves.cycle_sticks)
+        .into_iter()
+        .map(|(a, b)| (at(a), at(b)))
+        .collect();
+    Plot::new(Axis::linear("time in the cycle", "ms").from_to(0.0, period), Axis::linear("tip displacement", "mm"))
+        .shade("measured sticks", Colour::Sky, &sticks)
+        .band("scatter (1 std)", Colour::Grey, &time, &edge(-1.0), &edge(1.0))
+        .line("measured", Colour::Ink, &time, &scaled(&measured.mean, MILLI))
+        .line("model", Colour::Orange, &time, &scaled(&model.mean, MILLI))
+        .caption(&format!(
+            "The average of {} measured cycles and the aligned model over the same times, each stretched to the period.",
+            measured.cycles
+        ))
+}
+
+/// Index ranges in which `flags` is true.
+fn stretches(flags: &[bool]) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    for stretch in flags.chunk_by(|a, b| a == b) {
+        if stretch[0] {
+            found.push((first, first + stretch.len()));
+        }
+        first += stretch.len();
+    }
+    found
+}
+
+pub(super) fn phase_plane(run: &RunComparison) -> Plot {
+    let curves = &run.curves;
+    let stick = &curves.measured_stick;
+    let stuck: Vec<f64> = curves
+        .measured
+        .iter()
+        .zip(&stick.sticks)
+        .filter(|(_, s)| **s)
+        .map(|(w, _)| *w)
+        .collect();
+    let (low, high) = (
+        run.belt_velocity_m_per_s - stick.tolerance,
+        run.belt_velocity_m_per_s + stick.tolerance,
+    );
+    let plot = Plot::new(
+        Axis::linear("tip displacement", "mm"),
+        Axis::linear("tip velocity", "m/s"),
+    );
+    let plot = if stuck.is_empty() {
+        plot
+    } else {
+        let ends = [
+            quantile(&stuck, 0.005) * MILLI,
+            quantile(&stuck, 0.995) * MILLI,
+        ];
+        plot.band(
+            "stick: the tip moves with the belt",
+            Colour::Sky,
+            &ends,
+            &[low; 2],
+            &[high; 2],
+        )
+    };
+    plot.thin_line("measured", Colour::Ink, &scaled(&curves.measured, MILLI), &stick.velocity)
+        .thin_line("model", Colour::Orange, &scaled(&curves.model.0, MILLI), &curves.model.1)
+        .caption("Phase plane: velocity over displacement of the tip, the stick phase shaded where the measured tip keeps the belt's velocity.")
+}
+
+pub(super) fn spectra(curves: &Curves) -> Plot {
+    let (measured, model) = &curves.spectra;
+    let nyquist = measured.frequency.last().copied().unwrap_or(1.0);
+    let shown = nyquist.min(1500.0);
+    let highest = measured
+        .amplitude
+        .iter()
+        .chain(&model.amplitude)
+        .fold(0.0_f64, |m, a| m.max(*a))
+        * MICRO;
+    // Below a tenth of the noise there is nothing to compare.
+    let floor = (0.1 * quantile(&measured.amplitude, 0.5) * MICRO).max(1e-6 * highest);
+    Plot::new(
+        Axis::linear("frequency", "Hz").from_to(0.0, shown),
+        Axis::log("amplitude", "µm").from_to(floor, 2.0 * highest),
+    )
+    .thin_line(
+        "measured",
+        Colour::Ink,
+        &measured.frequency,
+        &scaled(&measured.amplitude, MICRO),
+    )
+    .thin_line(
+        "model",
+        Colour::Orange,
+        &model.frequency,
+        &scaled(&model.amplitude, MICRO),
+    )
+    .caption("Amplitude spectra of the tip displacement (Hann window over the whole record); the joints between its cycles lift the floor of the model.")
+}
+
+pub(super) fn residual(run: &RunComparison) -> Plot {
+    let noise = 2.0 * run.noise_std_m * MICRO;
+    Plot::new(
+        Axis::linear("time", "s"),
+        Axis::linear("measured minus model", "µm"),
+    )
+    .thin_line(
+        "residual",
+        Colour::Red,
+        &run.curves.time,
+        &scaled(&run.curves.residual, MICRO),
+    )
+    .level("2 std of the noise", Colour::Grey, noise)
+    .level("", Colour::Grey, -noise)
+    .caption("What the model misses over time: each measured cycle minus the most similar cycle of the model.")
+}

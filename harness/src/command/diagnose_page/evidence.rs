@@ -1,0 +1,219 @@
+//! Which effect: the candidates' ranking, what can't be told apart, and the cards of the effects found.
+
+use super::Material;
+use crate::diagnose::conclude::NULL_GAIN;
+use crate::diagnose::outcome::Verdict;
+use crate::diagnose::select::{Contender, FLOOR_MEDIAN, name};
+use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
+
+/// Candidates that the pictures show.
+const SHOWN: usize = 24;
+
+/// One row of the ranking.
+struct Entry<'a> {
+    name: String,
+    gain: f64,
+    contender: &'a Contender,
+    believed: bool,
+}
+
+/// The section.
+pub fn section(page: Page, material: &Material) -> Page {
+    let entries = ranking(material);
+    let page = page.section(super::SECTIONS[2]).paragraph(&format!(
+        "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
+         Its gain is the fall of the fit's objective (the natural logarithm of the likelihood, without the worst fifth of the pieces) less a price for its parameters. \
+         A gain above {NULL_GAIN} is rarer than chance; a name is given only if the error also comes down to the noise."
+    ));
+    if entries.is_empty() {
+        return page.paragraph("No candidate was tried.");
+    }
+    let page = page.figures(&[&gains(&entries), &adequacy(&entries)]);
+    let page = confusion(page, material)
+        .subsection("All candidates")
+        .table(&table(material, &entries));
+    cards(page, material)
+}
+
+fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
+    let selection = material.selection;
+    let base = selection.calibrated.score(selection.samples);
+    let found = material.diagnosis.verdict == Verdict::EffectFound;
+    let on_path = selection.path.iter().map(|c| (c, true));
+    let others = selection
+        .singles
+        .iter()
+        .chain(&selection.pairs)
+        .map(|c| (c, false));
+    let mut all: Vec<Entry> = on_path
+        .chain(others)
+        .map(|(contender, path)| Entry {
+            name: label(material, contender),
+            gain: base - contender.score(selection.samples),
+            contender,
+            believed: path && found,
+        })
+        .collect();
+    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    all.truncate(SHOWN);
+    all
+}
+
+/// The hypothesis' name with the settings by which its forms differ.
+fn label(material: &Material, contender: &Contender) -> String {
+    let settings: Vec<String> = contender
+        .choices
+        .iter()
+        .flat_map(|c| {
+            let card = &material.session.catalogue[c.effect];
+            c.settings
+                .iter()
+                .map(|(i, v)| format!("{} {}", card.parameters[*i].name, number(*v, 3)))
+        })
+        .collect();
+    let name = name(material.session, &contender.choices);
+    if settings.is_empty() {
+        name
+    } else {
+        format!("{name} ({})", settings.join(", "))
+    }
+}
+
+fn gains(entries: &[Entry]) -> Bars {
+    let names: Vec<String> = entries.iter().map(|e| e.name.clone()).collect();
+    let values: Vec<f64> = entries.iter().map(|e| e.gain).collect();
+    let mut bars = Bars::new(Axis::symlog("gain", "1", 10.0), &names)
+        .series("tried (blue: found)", Colour::Grey, &values)
+        .threshold("what chance reaches", NULL_GAIN);
+    for i in (0..entries.len()).filter(|&i| entries[i].believed) {
+        bars = bars.highlight(i, Colour::Blue);
+    }
+    bars.caption("How much each candidate gains over the calibrated model; left of the dashed line nothing can be concluded.")
+}
+
+fn adequacy(entries: &[Entry]) -> Plot {
+    let names: Vec<String> = entries.iter().map(|e| e.name.clone()).collect();
+    let height = 90.0 + 22.0 * entries.len() as f64;
+    let plot =
+        Plot::new(Axis::log("error over noise", "1"), Axis::rows(&names)).size(620.0, height);
+    let series = [
+        (false, "tried", Colour::Grey),
+        (true, "found", Colour::Blue),
+    ];
+    series
+        .iter()
+        .fold(plot, |plot, (believed, name, colour)| {
+            let of: Vec<usize> = (0..entries.len()).filter(|&i| entries[i].believed == *believed).collect();
+            if of.is_empty() {
+                return plot;
+            }
+            let row: Vec<f64> = of.iter().map(|&i| i as f64).collect();
+            let q = |share: f64| of.iter().map(|&i| entries[i].contender.fit.quantile(share)).collect::<Vec<f64>>();
+            plot.intervals(name, *colour, &row, &q(0.5), &q(0.25), &q(0.75))
+        })
+        .upright("down to the noise", Colour::Green, FLOOR_MEDIAN)
+        .caption("What each candidate leaves unexplained on the runs fitted: median over the pieces, with the middle half; only at the dashed line is a model complete.")
+}
+
+fn confusion(page: Page, material: &Material) -> Page {
+    let ties: Vec<String> = material
+        .diagnosis
+        .effects
+        .iter()
+        .filter(|e| !e.confounded_with.is_empty())
+        .map(|e| {
+            format!(
+                "{} can't be told from {}",
+                e.id,
+                e.confounded_with.join(", ")
+            )
+        })
+        .collect();
+    let page = page.subsection("Candidates that can't be told apart");
+    match (ties.is_empty(), material.diagnosis.verdict) {
+        (false, _) => page.list(&ties),
+        (true, Verdict::EffectFound) => {
+            page.paragraph("None: no other candidate comes near the effect found.")
+        }
+        (true, _) => page.paragraph("No effect is named, so there is none to be confused."),
+    }
+}
+
+fn table(material: &Material, entries: &[Entry]) -> Table {
+    let header = [
+        "candidate",
+        "gain",
+        "error over noise (fit, median)",
+        "three in four below",
+        "values found",
+    ];
+    entries.iter().fold(Table::new(&header), |table, entry| {
+        table.row(vec![
+            Cell::Text(entry.name.clone()),
+            Cell::Number(number(entry.gain, 3)),
+            Cell::Number(number(entry.contender.fit.quantile(0.5), 3)),
+            Cell::Number(number(entry.contender.fit.quantile(0.75), 3)),
+            Cell::Text(values(material, entry.contender)),
+        ])
+    })
+}
+
+/// The effects' own parameters of a candidate.
+fn values(material: &Material, contender: &Contender) -> String {
+    let session = material.session;
+    let is_effect = |name: &str| {
+        contender
+            .choices
+            .iter()
+            .any(|c| name.starts_with(&format!("{}.", session.catalogue[c.effect].id)))
+    };
+    let trial = &contender.trial;
+    let list: Vec<String> = trial
+        .hypothesis
+        .shared
+        .iter()
+        .zip(&trial.fit.point.shared)
+        .filter(|(knob, _)| is_effect(&knob.name))
+        .map(|(knob, at)| {
+            let short = knob
+                .name
+                .split_once('.')
+                .map_or(knob.name.as_str(), |n| n.1);
+            let unit = if knob.unit == "1" {
+                String::new()
+            } else {
+                format!(" {}", knob.unit)
+            };
+            let bound = if knob.is_at_bound(*at) {
+                " (bound)"
+            } else {
+                ""
+            };
+            format!("{short} {}{unit}{bound}", number(knob.value(*at), 3))
+        })
+        .collect();
+    list.join(", ")
+}
+
+fn cards(mut page: Page, material: &Material) -> Page {
+    for effect in &material.diagnosis.effects {
+        let Some(card) = material
+            .session
+            .catalogue
+            .iter()
+            .find(|c| c.id == effect.id)
+        else {
+            continue;
+        };
+        page = page
+            .subsection(&format!("{}: {}", card.id, card.title))
+            .paragraph(&card.description)
+            .list(&[
+                format!("Equation: {}", card.equation),
+                format!("How it shows: {}", card.signature),
+                format!("What looks alike: {}", card.confounders),
+                format!("Source: {}", card.source),
+            ]);
+    }
+    page
+}

@@ -1,0 +1,99 @@
+//! report.html of a diagnosis: what is missing, how sure that is, where the model fails, how the error falls.
+
+mod evidence;
+mod force_map;
+mod ladder;
+mod overlay;
+mod parameters;
+mod residual_map;
+mod samples;
+mod statistics;
+mod verdict;
+mod views;
+
+use crate::diagnose::conclude::Rungs;
+use crate::diagnose::outcome::Diagnosis;
+use crate::diagnose::select::Selection;
+use crate::diagnose::session::Session;
+use crate::error::Error;
+use crate::report::{Figure, Page};
+use views::Views;
+
+/// Sections in their order; the banner links to them.
+const SECTIONS: [&str; 5] = [
+    "Watch the error fall",
+    "Compare: before and after",
+    "Learn which effect",
+    "See where it fails",
+    "Add it: the calibrated model",
+];
+
+/// Everything that the pictures are drawn from.
+struct Material<'a> {
+    session: &'a Session<'a>,
+    selection: &'a Selection,
+    rungs: &'a Rungs,
+    diagnosis: &'a Diagnosis,
+    views: Views,
+}
+
+/// The finished document; `command` is the command line that makes it anew.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn html(
+    session: &Session,
+    selection: &Selection,
+    rungs: &Rungs,
+    diagnosis: &Diagnosis,
+    command: &str,
+) -> Result<String, Error> {
+    let views = Views::new(session, selection, rungs, diagnosis)?;
+    let material = Material {
+        session,
+        selection,
+        rungs,
+        diagnosis,
+        views,
+    };
+    let title = format!("Diagnosis of {}", session.campaign.name);
+    let page = Page::new(&title, &lead(session));
+    let page = verdict::banner(page, &material);
+    let page = verdict::words(page, &material);
+    let page = ladder::section(page, &material);
+    let page = overlay::section(page, &material);
+    let page = evidence::section(page, &material);
+    let page = residual_map::section(page, &material);
+    let page = force_map::section(page, &material);
+    let page = parameters::section(page, &material);
+    let page = page
+        .section("Reproduce")
+        .paragraph("This command makes this page anew, with the same numbers:")
+        .code(command);
+    Ok(page.html())
+}
+
+fn lead(session: &Session) -> String {
+    let held = session.held_out.iter().filter(|h| **h).count();
+    let runs = session.campaign.runs.len();
+    let kept = match held {
+        0 => "no run could be kept out of the fit, so every second piece was".to_owned(),
+        n => format!("{n} of them kept out of every fit"),
+    };
+    format!(
+        "{} against {runs} measured runs, {kept}. Errors are of predictions over {:.0} ms from estimated start states.",
+        session.fmu.description().model_name,
+        1e3 * session.horizon
+    )
+}
+
+/// Adds figures of one type side by side.
+fn side_by_side<F: Figure>(page: Page, figures: &[F]) -> Page {
+    let list: Vec<&dyn Figure> = figures.iter().map(|f| f as &dyn Figure).collect();
+    page.figures(&list)
+}
+
+/// Values times a factor.
+fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+    values.iter().map(|v| v * factor).collect()
+}

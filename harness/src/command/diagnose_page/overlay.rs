@@ -1,0 +1,213 @@
+//! Measured and predicted displacement of every run, before and after, with the residual underneath.
+
+use super::views::COLOURS;
+use super::{Material, scaled};
+use crate::diagnose::session::Session;
+use crate::observer::PhaseMode;
+use crate::report::{Axis, Colour, Page, Plot, number, with_unit};
+
+/// Consecutive shots that a picture shows.
+const SHOWN: usize = 5;
+const MILLI: f64 = 1e3;
+
+/// The section.
+pub fn section(page: Page, material: &Material) -> Page {
+    let session = material.session;
+    let mut page = page.section(super::SECTIONS[1]).paragraph(&format!(
+        "Every prediction starts from an estimated state and runs for {:.0} ms; then the next one starts. Each picture shows the pieces of its run \
+         that are most typical of it. On runs kept out of the fit, the pieces without prediction are those from which the run's own friction level was learnt.",
+        MILLI * session.horizon
+    ));
+    for run in 0..session.campaign.runs.len() {
+        let Some(shown) = typical(material, run) else {
+            page = page.paragraph(&format!(
+                "{}: too short to be predicted.",
+                session.campaign.runs[run].name
+            ));
+            continue;
+        };
+        let (motion, residual) = (
+            displacement(material, run, &shown),
+            residual(material, run, &shown),
+        );
+        page = page
+            .subsection(&title(material, run))
+            .figures(&[&motion, &residual]);
+    }
+    page
+}
+
+fn title(material: &Material, r: usize) -> String {
+    let run = &material.session.campaign.runs[r];
+    let [before, after] = material
+        .views
+        .pair
+        .each_ref()
+        .map(|v| super::verdict::percent(v.by_run[r]));
+    format!(
+        "{}: {} m/s, {}{}: error {before} → {after}",
+        run.name,
+        number(run.belt_velocity, 3),
+        with_unit(run.normal_force, "N"),
+        if material.session.held_out[r] {
+            ", kept out of the fit"
+        } else {
+            ""
+        }
+    )
+}
+
+/// The stretch of consecutive shots whose error before is nearest to the run's median.
+fn typical(material: &Material, run: usize) -> Option<Vec<usize>> {
+    let session = material.session;
+    let of_run: Vec<usize> = (0..session.shots.len())
+        .filter(|&k| session.shots[k].run == run)
+        .collect();
+    let error = |k: usize, view: usize| {
+        let replay = material.views.pair[view].replays.get(&k)?;
+        let shot = &session.shots[k];
+        let sum: f64 = shot
+            .measured
+            .iter()
+            .zip(&replay.displacement)
+            .map(|(m, p)| (m - p).powi(2))
+            .sum();
+        sum.is_finite().then(|| (sum / shot.time.len() as f64).ln())
+    };
+    let level = |window: &[usize]| {
+        let errors: Vec<f64> = window
+            .iter()
+            .filter_map(|&k| error(k, 0).or_else(|| error(k, 1)))
+            .collect();
+        let predicted = window
+            .iter()
+            .filter(|k| material.views.pair[1].replays.contains_key(k))
+            .count();
+        (predicted, errors.iter().sum::<f64>() / errors.len() as f64)
+    };
+    let middle = super::statistics::median(
+        of_run
+            .iter()
+            .map(|&k| error(k, 0).or_else(|| error(k, 1)).unwrap_or(f64::NAN)),
+    );
+    of_run
+        .windows(SHOWN.min(of_run.len()).max(1))
+        .map(|w| (level(w), w))
+        .filter(|((predicted, mean), _)| *predicted > 0 && mean.is_finite())
+        .min_by(|((n, a), _), ((m, b), _)| {
+            m.cmp(n)
+                .then((a - middle).abs().total_cmp(&(b - middle).abs()))
+        })
+        .map(|(_, w)| w.to_vec())
+}
+
+/// Times of a shot in ms since the run began.
+fn times(session: &Session, k: usize) -> Vec<f64> {
+    let shot = &session.shots[k];
+    let origin = session.campaign.runs[shot.run].time[0];
+    shot.time.iter().map(|t| MILLI * (t - origin)).collect()
+}
+
+/// Stick phases of the stretch shown, in ms.
+fn sticks(session: &Session, run: usize, from: f64, to: f64) -> Vec<(f64, f64)> {
+    session.smoothings[run]
+        .stick_slip
+        .phases
+        .iter()
+        .filter(|p| p.mode == PhaseMode::Stick)
+        .map(|p| ((MILLI * p.start).max(from), (MILLI * p.end).min(to)))
+        .filter(|(start, end)| end > start)
+        .collect()
+}
+
+fn span(session: &Session, shown: &[usize]) -> (f64, f64) {
+    let (first, last) = (
+        times(session, shown[0]),
+        times(session, shown[shown.len() - 1]),
+    );
+    (first[0], last[last.len() - 1])
+}
+
+/// One curve over several shots, interrupted between them.
+fn curve(
+    session: &Session,
+    shown: &[usize],
+    value: impl Fn(usize) -> Option<Vec<f64>>,
+) -> (Vec<f64>, Vec<f64>) {
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for &k in shown {
+        let Some(values) = value(k) else { continue };
+        x.extend(times(session, k));
+        y.extend(values);
+        x.push(f64::NAN);
+        y.push(f64::NAN);
+    }
+    (x, y)
+}
+
+fn displacement(material: &Material, run: usize, shown: &[usize]) -> Plot {
+    let session = material.session;
+    let (from, to) = span(session, shown);
+    let measured: Vec<(f64, f64)> = {
+        let run = &session.campaign.runs[run];
+        let time = run.time.iter().map(|t| MILLI * (t - run.time[0]));
+        time.zip(&run.displacement)
+            .filter(|(t, _)| (from..=to).contains(t))
+            .map(|(t, d)| (t, MILLI * d))
+            .collect()
+    };
+    let (time, values): (Vec<f64>, Vec<f64>) = measured.into_iter().unzip();
+    let mut plot = Plot::new(
+        Axis::linear("time", "ms").from_to(from, to),
+        Axis::linear("tip displacement", "mm"),
+    )
+    .shade("stick", Colour::Sky, &sticks(session, run, from, to))
+    .line("measured", Colour::Ink, &time, &values);
+    for (view, colour) in material.views.pair.iter().zip(COLOURS) {
+        let (x, y) = curve(session, shown, |k| {
+            view.replays.get(&k).map(|r| scaled(&r.displacement, MILLI))
+        });
+        plot = plot.dashed_line(&view.name, colour, &x, &y);
+    }
+    plot.caption("Measured and predicted displacement of the tip; stick phases are shaded.")
+}
+
+fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
+    let session = material.session;
+    let (from, to) = span(session, shown);
+    let noise = session.noise[run];
+    let mut plot = Plot::new(
+        Axis::linear("time", "ms").from_to(from, to),
+        Axis::symlog("measured less predicted, over noise", "1", 3.0),
+    )
+    .shade("stick", Colour::Sky, &sticks(session, run, from, to))
+    .band(
+        "noise (2 std)",
+        Colour::Grey,
+        &[from, to],
+        &[-2.0; 2],
+        &[2.0; 2],
+    );
+    for (view, colour) in material.views.pair.iter().zip(COLOURS) {
+        let (x, y) = curve(session, shown, |k| {
+            let replay = view.replays.get(&k)?;
+            let shot = &session.shots[k];
+            Some(
+                (0..shot.time.len())
+                    .map(|i| {
+                        if shot.trusted[i] {
+                            (shot.measured[i] - replay.displacement[i]) / noise
+                        } else {
+                            f64::NAN
+                        }
+                    })
+                    .collect(),
+            )
+        });
+        plot = plot.thin_line(&view.name, colour, &x, &y);
+    }
+    plot.caption(&format!(
+        "What the predictions miss, in units of the sensor noise ({}); the scale is linear up to 3 and logarithmic beyond.",
+        with_unit(noise, "m")
+    ))
+}

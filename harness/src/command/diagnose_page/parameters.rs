@@ -1,0 +1,133 @@
+//! The calibrated values with their confidence, and how far they move when the effect is added.
+
+use super::Material;
+use super::verdict::with_interval;
+use super::views::COLOURS;
+use crate::diagnose::conclude::estimate;
+use crate::diagnose::search::Trial;
+use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
+
+/// The section.
+pub fn section(page: Page, material: &Material) -> Page {
+    let page = page
+        .section(super::SECTIONS[4])
+        .paragraph("± is half the width of the 95 % interval (1.96 standard deviations), as far as the model is right. The same folder holds these values as model.toml, as an SSP parameter file (.ssv) and as the start values of an FMU: run `compare` with that FMU to see the error fallen.");
+    let page = page.table(&values(material)).figure(&shift(material));
+    page.subsection("What each run has of its own")
+        .table(&own(material))
+}
+
+/// Models whose values are shown: calibrated, and the last rung if an effect was added.
+fn trials<'a>(material: &'a Material) -> Vec<(String, &'a Trial)> {
+    let trials = &material.rungs.trials;
+    let mut out = vec![("calibrated".to_owned(), &trials[0])];
+    if trials.len() > 1
+        && material.diagnosis.verdict != crate::diagnose::outcome::Verdict::NoMissingEffect
+    {
+        out.push((
+            material.views.pair[1].name.clone(),
+            &trials[trials.len() - 1],
+        ));
+    }
+    out
+}
+
+fn values(material: &Material) -> Table {
+    let trials = trials(material);
+    let longest = trials[trials.len() - 1].1;
+    let header: Vec<&str> = ["parameter", "given"]
+        .into_iter()
+        .chain(trials.iter().map(|t| t.0.as_str()))
+        .collect();
+    longest
+        .hypothesis
+        .shared
+        .iter()
+        .fold(Table::new(&header), |table, knob| {
+            let known = trials[0].1.hypothesis.shared_index(&knob.name).is_some();
+            let unit = if knob.unit == "1" {
+                String::new()
+            } else {
+                format!(" {}", knob.unit)
+            };
+            let mut cells = vec![
+                Cell::Text(knob.name.clone()),
+                Cell::Number(if known {
+                    format!("{}{unit}", number(knob.prior, 4))
+                } else {
+                    "–".into()
+                }),
+            ];
+            for (_, trial) in &trials {
+                cells.push(match trial.hypothesis.shared_index(&knob.name) {
+                    None => Cell::Number("–".into()),
+                    Some(i) => {
+                        let found = estimate(&trial.hypothesis, &trial.fit, i);
+                        let text = with_interval(&found);
+                        if found.at_bound {
+                            Cell::Alert(text)
+                        } else {
+                            Cell::Number(text)
+                        }
+                    }
+                });
+            }
+            table.row(cells)
+        })
+}
+
+fn shift(material: &Material) -> Plot {
+    let trials = trials(material);
+    let base = &trials[0].1.hypothesis.shared;
+    let names: Vec<String> = base.iter().map(|k| k.name.clone()).collect();
+    let height = 90.0 + 26.0 * names.len() as f64;
+    let mut plot = Plot::new(
+        Axis::symlog("change from the value given", "%", 1.0),
+        Axis::rows(&names),
+    )
+    .size(1000.0, height)
+    .upright("as given", Colour::Grey, 0.0);
+    for (n, (name, trial)) in trials.iter().enumerate() {
+        let offset = if trials.len() == 1 {
+            0.0
+        } else {
+            0.36 * n as f64 - 0.18
+        };
+        let (mut row, mut middle, mut low, mut high) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (i, knob) in base.iter().enumerate() {
+            let found = estimate(&trial.hypothesis, &trial.fit, i);
+            let percent = |v: f64| 100.0 * (v / knob.prior - 1.0);
+            row.push(i as f64 + offset);
+            middle.push(percent(found.value));
+            low.push(percent(found.value - 1.96 * found.std));
+            high.push(percent(found.value + 1.96 * found.std));
+        }
+        plot = plot.intervals(name, COLOURS[n], &row, &middle, &low, &high);
+    }
+    plot.caption("How far calibration moved each parameter, with 95 % intervals: a model that lacks an effect bends its parameters to make up for it, and they come back when the effect is added.")
+}
+
+fn own(material: &Material) -> Table {
+    let runs = &material.diagnosis.runs;
+    // Profiles have dozens of nodes per run; they are in diagnosis.json.
+    let names: Vec<&String> = runs.first().map_or(Vec::new(), |r| {
+        r.own
+            .keys()
+            .filter(|k| !k.contains("node") && !k.contains('['))
+            .collect()
+    });
+    let header: Vec<&str> = std::iter::once("run")
+        .chain(names.iter().map(|n| n.as_str()))
+        .collect();
+    runs.iter().fold(Table::new(&header), |table, run| {
+        let cells = names
+            .iter()
+            .map(|n| Cell::Number(run.own.get(*n).map_or("–".into(), |v| number(*v, 4))));
+        table.row(
+            std::iter::once(Cell::Text(run.name.clone()))
+                .chain(cells)
+                .collect(),
+        )
+    })
+}

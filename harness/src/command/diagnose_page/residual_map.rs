@@ -1,0 +1,166 @@
+//! Where the predictions fail: moment of the cycle, time since the start of a prediction, frequency.
+
+use std::collections::BTreeMap;
+
+use super::ladder::dumbbells;
+use super::samples::Moment;
+use super::statistics::{Bins, bins, median, stretches};
+use super::views::COLOURS;
+use super::{Material, scaled};
+use crate::metric::spectrum;
+use crate::report::{Axis, Colour, Page, Plot};
+
+/// Median of the absolute value of a normal quantity of standard deviation 1.
+const NORMAL_MEDIAN: f64 = 0.674_49;
+
+/// The first part of the section.
+pub fn section(page: Page, material: &Material) -> Page {
+    let page = page
+        .section(super::SECTIONS[3])
+        .paragraph("First the error of the predicted displacement, then the force that the model does not explain. In units of the noise 1 is the floor: nothing is left to be explained.")
+        .figures(&[&by_moment(material), &by_horizon(material)]);
+    match residual_spectrum(material) {
+        Some(plot) => page.figure(&plot),
+        None => page,
+    }
+}
+
+/// Absolute residual over noise of each sample, so scaled that its median is 1 for noise alone.
+fn sizes<'a>(
+    material: &'a Material,
+    view: usize,
+) -> impl Iterator<Item = (&'a super::samples::Sample, f64)> {
+    let noise = &material.session.noise;
+    material
+        .views
+        .samples
+        .iter()
+        .map(move |s| (s, s.residual[view].abs() / noise[s.run] / NORMAL_MEDIAN))
+}
+
+fn by_moment(material: &Material) -> Plot {
+    let names: Vec<String> = Moment::ALL.iter().map(|m| m.name().to_owned()).collect();
+    let values = [0, 1].map(|view| {
+        Moment::ALL
+            .iter()
+            .map(|m| {
+                median(
+                    sizes(material, view)
+                        .filter(|(s, _)| s.moment == *m)
+                        .map(|(_, v)| v),
+                )
+            })
+            .collect::<Vec<f64>>()
+    });
+    let [before, after] = &material.views.pair;
+    dumbbells(Axis::log("median error over noise", "1"), &names, &values, [&before.name, &after.name])
+        .upright("noise", Colour::Green, 1.0)
+        .caption("The error of prediction by what the contact does at that moment: where it is largest, or first appears, the missing effect acts.")
+}
+
+fn by_horizon(material: &Material) -> Plot {
+    let mut plot = Plot::new(
+        Axis::linear("time since the prediction began", "ms"),
+        Axis::log("error over noise", "1"),
+    );
+    for (view, colour) in COLOURS.iter().enumerate() {
+        let points: Vec<(f64, f64)> = sizes(material, view)
+            .map(|(s, v)| (1e3 * s.since_start, v))
+            .collect();
+        plot = quartiles(
+            plot,
+            &material.views.pair[view].name,
+            *colour,
+            &bins(&points, 40),
+        );
+    }
+    plot.level("noise", Colour::Green, 1.0)
+        .caption("How the error grows while a prediction runs on (median and middle half): a right model stays at the noise to the end.")
+}
+
+/// Median line with the middle half as a band.
+pub fn quartiles(mut plot: Plot, name: &str, colour: Colour, bins: &Bins) -> Plot {
+    for part in stretches(bins) {
+        let part = |v: &[f64]| v[part.clone()].to_vec();
+        plot = plot.band(
+            "",
+            colour,
+            &part(&bins.x),
+            &part(&bins.low),
+            &part(&bins.high),
+        );
+    }
+    plot.line(name, colour, &bins.x, &bins.middle)
+}
+
+/// Median over the shots of the residual's amplitude at each frequency, over the noise.
+fn residual_spectrum(material: &Material) -> Option<Plot> {
+    let session = material.session;
+    let nyquist = session
+        .campaign
+        .runs
+        .iter()
+        .map(|r| 0.5 / r.sample_interval())
+        .fold(f64::INFINITY, f64::min);
+    let modes: Vec<(String, f64)> = material
+        .diagnosis
+        .calibrated
+        .iter()
+        .filter(|(n, _)| n.ends_with("].frequency"))
+        .map(|(n, e)| (n.clone(), e.value))
+        .collect();
+    let highest = modes.iter().map(|m| m.1).fold(0.0, f64::max);
+    let shown = nyquist.min((4.0 * highest).max(1000.0));
+    let mut plot = Plot::new(
+        Axis::linear("frequency", "Hz").from_to(0.0, shown),
+        Axis::log("residual over that of noise", "1"),
+    )
+    .size(1240.0, 340.0);
+    let mut any = false;
+    for (view, colour) in material.views.pair.iter().zip(COLOURS) {
+        // Frequencies are binned by 1/horizon, so that runs with different sampling meet.
+        let mut amplitudes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        for (&k, replay) in &view.replays {
+            let shot = &session.shots[k];
+            let residual: Vec<f64> = shot
+                .measured
+                .iter()
+                .zip(&replay.displacement)
+                .map(|(m, p)| m - p)
+                .collect();
+            if shot.count < shot.time.len() || residual.iter().any(|r| !r.is_finite()) {
+                continue;
+            }
+            let found = spectrum(&residual, session.campaign.runs[shot.run].sample_interval());
+            // Median amplitude that white noise has in this spectrum (Hann window, Rayleigh distribution).
+            let white = session.noise[shot.run]
+                * (6.0 / residual.len() as f64 * std::f64::consts::LN_2).sqrt();
+            for (f, a) in found.frequency.iter().zip(&found.amplitude).skip(1) {
+                amplitudes
+                    .entry((f * session.horizon).round() as u32)
+                    .or_default()
+                    .push(a / white);
+            }
+        }
+        let frequency: Vec<f64> = amplitudes.keys().map(|k| f64::from(*k)).collect();
+        let level: Vec<f64> = amplitudes
+            .values()
+            .map(|v| median(v.iter().copied()))
+            .collect();
+        any |= !level.is_empty();
+        plot = plot.line(
+            &view.name,
+            colour,
+            &scaled(&frequency, 1.0 / session.horizon),
+            &level,
+        );
+    }
+    for (name, value) in &modes {
+        plot = plot.upright(name, Colour::Grey, *value);
+    }
+    any.then(|| {
+        plot.level("white noise", Colour::Green, 1.0).caption(
+            "Spectrum of what the predictions miss (median over the pieces) over that of white noise: a peak away from the modes given speaks of another mode or an excitation, at the modes of friction and damping.",
+        )
+    })
+}

@@ -1,0 +1,193 @@
+//! The verdict bar and what was found in plain words.
+
+use super::{Material, SECTIONS};
+use crate::diagnose::outcome::{Diagnosis, Estimate, FoundEffect, Verdict};
+use crate::report::{Colour, Page, number};
+
+/// The bar that stays in sight.
+pub fn banner(page: Page, material: &Material) -> Page {
+    let diagnosis = material.diagnosis;
+    let colour = match diagnosis.verdict {
+        Verdict::EffectFound => Colour::Blue,
+        Verdict::NoMissingEffect => Colour::Green,
+        Verdict::UnknownEffect => Colour::Red,
+    };
+    page.banner(colour, &headline(material), &fall(material), &SECTIONS)
+}
+
+fn headline(material: &Material) -> String {
+    let diagnosis = material.diagnosis;
+    match diagnosis.verdict {
+        Verdict::EffectFound => {
+            let names: Vec<String> = diagnosis
+                .effects
+                .iter()
+                .map(|e| title(material, e))
+                .collect();
+            format!("Missing: {}.", names.join(", and "))
+        }
+        Verdict::NoMissingEffect => "Nothing is missing.".into(),
+        Verdict::UnknownEffect => "Something outside the catalogue is missing.".into(),
+    }
+}
+
+fn title(material: &Material, effect: &FoundEffect) -> String {
+    let card = material
+        .session
+        .catalogue
+        .iter()
+        .find(|c| c.id == effect.id);
+    let ties = if effect.confounded_with.is_empty() {
+        String::new()
+    } else {
+        format!(" or {}", effect.confounded_with.join(" or "))
+    };
+    match card {
+        Some(card) if !card.title.is_empty() => format!("{}{ties} ({})", effect.id, card.title),
+        _ => format!("{}{ties}", effect.id),
+    }
+}
+
+/// Percent with three digits.
+pub fn percent(value: f64) -> String {
+    if value.is_finite() {
+        format!("{} %", number(100.0 * value, 3))
+    } else {
+        "unknown".into()
+    }
+}
+
+fn fall(material: &Material) -> String {
+    let ladder = &material.diagnosis.error_ladder;
+    let (Some(first), Some(last)) = (ladder.first(), ladder.last()) else {
+        return String::new();
+    };
+    let before = if ladder.len() > 2 { &ladder[1] } else { first };
+    format!(
+        "Error on what was kept out of the fit: {} ({}) → {} ({}); sensor noise alone makes {}. Half of these predictions end within {} times the noise.",
+        percent(before.holdout_nrmse),
+        before.step,
+        percent(last.holdout_nrmse),
+        last.step,
+        percent(super::ladder::floor(material.session)),
+        number(last.holdout_over_noise, 3)
+    )
+}
+
+/// What was found and how sure it is.
+pub fn words(page: Page, material: &Material) -> Page {
+    let diagnosis = material.diagnosis;
+    let page = match diagnosis.verdict {
+        Verdict::EffectFound => diagnosis
+            .effects
+            .iter()
+            .fold(page, |page, effect| page.paragraph(&found(effect))),
+        _ => page.paragraph(&diagnosis.summary),
+    };
+    let page = next(page, diagnosis);
+    if diagnosis.remarks.is_empty() {
+        page
+    } else {
+        page.subsection("What these data can't tell, and why")
+            .list(&diagnosis.remarks)
+    }
+}
+
+fn found(effect: &FoundEffect) -> String {
+    let values: Vec<String> = effect
+        .parameters
+        .iter()
+        .map(|(name, estimate)| format!("{name} {}", with_interval(estimate)))
+        .collect();
+    let evidence = &effect.evidence;
+    let sure = if evidence.gain > 3.0 * evidence.threshold {
+        "far more than chance could give"
+    } else if evidence.gain > evidence.threshold {
+        "more than chance could give"
+    } else {
+        "no more than chance could give"
+    };
+    let ties = if effect.confounded_with.is_empty() {
+        "No other candidate comes near it.".to_owned()
+    } else {
+        format!(
+            "These data can't tell it from {}.",
+            effect.confounded_with.join(", ")
+        )
+    };
+    format!(
+        "{}: {}. It raises the logarithm of the likelihood by {} where chance reaches {}: {sure}. {ties} What remains on the runs fitted is {} times the sensor noise (1 is the floor).",
+        effect.id,
+        if values.is_empty() {
+            "its values differ from run to run".to_owned()
+        } else {
+            values.join(", ")
+        },
+        number(evidence.gain, 3),
+        number(evidence.threshold, 3),
+        number(evidence.floor_ratio, 3)
+    )
+}
+
+/// `value ± half width of the 95 % interval unit`.
+pub fn with_interval(estimate: &Estimate) -> String {
+    let unit = if estimate.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", estimate.unit)
+    };
+    let bound = if estimate.at_bound {
+        " (on its bound: not to be trusted)"
+    } else {
+        ""
+    };
+    let half = 1.96 * estimate.std;
+    if half > 0.0 && half.is_finite() {
+        format!(
+            "{} ± {}{unit}{bound}",
+            to_digit_of(estimate.value, half),
+            number(half, 2)
+        )
+    } else {
+        format!("{}{unit}{bound}", number(estimate.value, 4))
+    }
+}
+
+/// A value with as many digits as its interval allows.
+fn to_digit_of(value: f64, half: f64) -> String {
+    let digits = ((value.abs().max(1e-300) / half).log10().floor() as i32 + 2).clamp(1, 9);
+    number(value, digits as usize)
+}
+
+fn next(page: Page, diagnosis: &Diagnosis) -> Page {
+    match &diagnosis.next_measurement {
+        None => page,
+        Some(next) => page.paragraph(&format!(
+            "Next measurement: belt velocity {} m/s, normal force {} N. There {} differ by {} times the noise.",
+            number(next.belt_velocity_m_per_s, 3),
+            number(next.normal_force_n, 3),
+            next.separates.join(" and "),
+            number(next.separation, 3)
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_shown_to_the_digit_of_their_interval() {
+        let estimate = |value, std| Estimate {
+            value,
+            std,
+            unit: "m".into(),
+            at_bound: false,
+        };
+        assert_eq!(
+            with_interval(&estimate(0.123_456, 0.001)),
+            "0.1235 ± 0.002 m"
+        );
+        assert_eq!(with_interval(&estimate(2.5, f64::NAN)), "2.5 m");
+    }
+}

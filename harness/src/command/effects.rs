@@ -1,0 +1,209 @@
+//! `stickslip effects`: the physical effects that an FMU offers, and what each one is.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::diagnose::candidate::{Candidate, EffectParameter, Role, candidates};
+use crate::error::Error;
+use crate::report::number;
+
+/// Options of `effects`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Effect to be explained, e.g. third_mode; without it all are listed
+    #[arg(value_name = "ID")]
+    id: Option<String>,
+    /// FMU to ask [default: this repository's StickSlipBeam, packed on the spot]
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let catalogue = candidates(&fmu)?;
+    let chosen = match &arguments.id {
+        Some(id) => vec![find(&catalogue, id, fmu.path())?],
+        None => catalogue.iter().collect(),
+    };
+    if arguments.json {
+        let list: Vec<Value> = chosen.iter().map(|c| to_json(c)).collect();
+        let value = if arguments.id.is_some() {
+            list[0].clone()
+        } else {
+            Value::Array(list)
+        };
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
+        );
+    } else if arguments.id.is_some() {
+        print!("{}", card(chosen[0]));
+    } else {
+        print!("{}", list(&chosen));
+    }
+    Ok(())
+}
+
+fn find<'a>(
+    catalogue: &'a [Candidate],
+    id: &str,
+    fmu: &std::path::Path,
+) -> Result<&'a Candidate, Error> {
+    catalogue
+        .iter()
+        .find(|c| c.id == id)
+        .ok_or_else(|| Error::UnknownEffect {
+            path: fmu.to_owned(),
+            id: id.to_owned(),
+            nearest: crate::wording::nearest(id, catalogue.iter().map(|c| c.id.as_str())),
+        })
+}
+
+fn list(catalogue: &[&Candidate]) -> String {
+    if catalogue.is_empty() {
+        return "This FMU declares no effects; its annotation 'StickSlip' would list them.\n"
+            .into();
+    }
+    let width = catalogue.iter().map(|c| c.id.len()).max().unwrap_or(0);
+    let mut out = String::new();
+    for effect in catalogue {
+        let _ = writeln!(out, "{:<width$}  {}", effect.id, effect.title);
+    }
+    let _ = writeln!(
+        out,
+        "\n{} effects, all off by default. `stickslip effects ID` explains one.",
+        catalogue.len()
+    );
+    out
+}
+
+/// Width of wrapped text.
+const COLUMNS: usize = 100;
+
+fn card(effect: &Candidate) -> String {
+    let mut out = format!(
+        "{}: {}\n\n    {}\n\n",
+        effect.id, effect.title, effect.equation
+    );
+    out += &wrapped("", &effect.description);
+    for (heading, text) in [
+        ("How it shows: ", &effect.signature),
+        ("What looks alike: ", &effect.confounders),
+        ("Source: ", &effect.source),
+    ] {
+        if !text.is_empty() {
+            out += "\n";
+            out += &wrapped(heading, text);
+        }
+    }
+    out += "\nParameters (FMU variable, value that means off, typical value, bounds):\n";
+    let width = effect
+        .parameters
+        .iter()
+        .map(|p| effect.id.len() + 1 + p.name.len())
+        .max()
+        .unwrap_or(0);
+    for p in shown(effect) {
+        let unit = if p.unit == "1" {
+            String::new()
+        } else {
+            format!(" {}", p.unit)
+        };
+        let _ = writeln!(
+            out,
+            "  {:<width$}  {}{unit}, typical {}, {} to {}: {}",
+            format!("{}.{}", effect.id, p.name),
+            number(p.start, 4),
+            number(p.typical, 4),
+            number(p.min, 4),
+            number(p.max, 4),
+            p.description
+        );
+    }
+    let nodes = effect
+        .parameters
+        .iter()
+        .filter(|p| p.role == Role::Node)
+        .count();
+    if nodes > 1 {
+        let _ = writeln!(out, "  ... {} more values of this kind", nodes - 1);
+    }
+    out
+}
+
+/// The parameters, of a profile's values the first only.
+fn shown(effect: &Candidate) -> impl Iterator<Item = &EffectParameter> {
+    let first = effect.find_role(Role::Node);
+    effect
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(move |(i, p)| p.role != Role::Node || Some(*i) == first)
+        .map(|(_, p)| p)
+}
+
+/// A heading and its text, broken into lines of [`COLUMNS`] characters.
+fn wrapped(heading: &str, text: &str) -> String {
+    let mut out = String::new();
+    let mut line = heading.trim_end().to_owned();
+    for word in text.split_whitespace() {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+            out += &line;
+            out += "\n";
+            line.clear();
+        }
+        if !line.is_empty() {
+            line += " ";
+        }
+        line += word;
+    }
+    out + &line + "\n"
+}
+
+fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Amplitude => "amplitude",
+        Role::Shape => "shape",
+        Role::Phase => "phase",
+        Role::Node => "node",
+        Role::Setting => "setting",
+    }
+}
+
+fn to_json(effect: &Candidate) -> Value {
+    let parameters: Vec<Value> = effect
+        .parameters
+        .iter()
+        .map(|p| {
+            json!({
+                "name": p.name, "variable": format!("{}.{}", effect.id, p.name), "description": p.description, "unit": p.unit,
+                "off": p.start, "typical": p.typical, "min": p.min, "max": p.max, "role": role_name(p.role),
+            })
+        })
+        .collect();
+    let states: Vec<&str> = effect.states.iter().map(|s| s.name.as_str()).collect();
+    json!({
+        "id": effect.id, "title": effect.title, "equation": effect.equation, "description": effect.description,
+        "source": effect.source, "signature": effect.signature, "confounders": effect.confounders,
+        "parameters": parameters, "states": states,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_texts_are_wrapped() {
+        let text = wrapped("Source: ", &"word ".repeat(40));
+        assert!(text.lines().all(|l| l.len() <= COLUMNS));
+        assert!(text.starts_with("Source: word") && text.lines().count() == 3);
+    }
+}

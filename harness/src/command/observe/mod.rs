@@ -1,0 +1,206 @@
+//! `stickslip observe`: friction force and friction characteristic from one measured run.
+
+mod analysis;
+mod files;
+mod page;
+mod terminal;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+pub use analysis::Observation;
+
+use crate::error::Error;
+use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
+use crate::observer::Structure;
+use crate::output::{make_folder, write_file};
+
+/// Ways to estimate the force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// The paper's observer with placed poles: causal, late, smears jumps
+    Pole,
+    /// Kalman filter and smoother, random-walk force
+    Kalman,
+    /// Smoother that knows stick and slip; the sharpest
+    StickSlip,
+}
+
+impl Method {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Pole => "pole-placed observer",
+            Method::Kalman => "Kalman smoother, random-walk force",
+            Method::StickSlip => "stick/slip-aware smoother",
+        }
+    }
+}
+
+/// Options of `observe`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// CSV file with time and tip displacement
+    #[arg(value_name = "RUN.csv")]
+    run: PathBuf,
+    /// Campaign that lists this run: gives beam, belt velocity, normal force and columns
+    #[arg(long, value_name = "DIR", conflicts_with = "beam")]
+    campaign: Option<PathBuf>,
+    /// TOML file with [beam] (as in campaign.toml) for a run outside a campaign
+    #[arg(long, value_name = "FILE", required_unless_present = "campaign", requires_all = ["belt_velocity", "normal_force"])]
+    beam: Option<PathBuf>,
+    /// Belt velocity in m/s, any sign; with --beam
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    belt_velocity: Option<f64>,
+    /// Normal force in N; with --beam
+    #[arg(long, value_name = "N")]
+    normal_force: Option<f64>,
+    /// Name of the time column; with --beam [default: time_s]
+    #[arg(long, value_name = "NAME")]
+    time_column: Option<String>,
+    /// Name of the displacement column; with --beam [default: tip_displacement_m]
+    #[arg(long, value_name = "NAME")]
+    displacement_column: Option<String>,
+    /// How the force is estimated
+    #[arg(long, value_enum, default_value = "stick-slip")]
+    method: Method,
+    /// Speed of the observer's poles in Hz, for --method pole [default: from the data]
+    #[arg(long, value_name = "HZ")]
+    pole_frequency: Option<f64>,
+    /// Estimate the natural frequencies too, within this share of those given (0.01 is 1 %)
+    #[arg(long, value_name = "SHARE")]
+    estimate_frequencies: Option<f64>,
+    /// Sensor offset to subtract, in m
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    offset: f64,
+    /// Folder for force.csv, friction.csv and observer.html
+    #[arg(short, long, value_name = "DIR", default_value = "observer")]
+    output: PathBuf,
+    /// Print the results as JSON instead of the summary
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let campaign = load(arguments)?;
+    let run = find(&campaign, arguments)?;
+    make_folder(&arguments.output)?;
+    let mut remarks = Vec::new();
+    let source = arguments.campaign.as_ref().or(arguments.beam.as_ref());
+    let beam_file = source.map_or(Path::new(""), PathBuf::as_path);
+    let structure = structure(&campaign.beam, beam_file, &mut remarks)?;
+    let observation =
+        analysis::observe(run, structure, arguments, remarks).map_err(|source| Error::Observe {
+            path: run.file.clone(),
+            source,
+        })?;
+    let into = |name: &str| arguments.output.join(name);
+    write_file(&into("force.csv"), files::force(&observation).as_bytes())?;
+    write_file(
+        &into("friction.csv"),
+        files::friction(&observation).as_bytes(),
+    )?;
+    let report = into("observer.html");
+    write_file(&report, page::html(&observation).as_bytes())?;
+    if arguments.json {
+        println!("{}", files::json(&observation));
+    } else {
+        print!("{}", terminal::summary(&observation));
+        println!("Report: {}", report.display());
+    }
+    Ok(())
+}
+
+fn load(arguments: &Arguments) -> Result<Campaign, Error> {
+    match (
+        &arguments.beam,
+        arguments.belt_velocity,
+        arguments.normal_force,
+    ) {
+        (Some(beam), Some(belt_velocity), Some(normal_force)) => {
+            let single = SingleRun {
+                file: arguments.run.clone(),
+                belt_velocity,
+                normal_force,
+                time_column: arguments.time_column.clone(),
+                displacement_column: arguments.displacement_column.clone(),
+            };
+            Campaign::of_single_run(&single, beam)
+        }
+        _ => Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new("."))),
+    }
+}
+
+/// The campaign's run with the file asked for.
+fn find<'a>(campaign: &'a Campaign, arguments: &Arguments) -> Result<&'a Run, Error> {
+    let asked = arguments
+        .run
+        .canonicalize()
+        .map_err(Error::read(&arguments.run))?;
+    let same = |run: &&Run| run.file.canonicalize().is_ok_and(|file| file == asked);
+    campaign
+        .runs
+        .iter()
+        .find(same)
+        .ok_or_else(|| Error::RunNotInCampaign {
+            campaign: campaign.folder.clone(),
+            run: arguments.run.clone(),
+            known: campaign
+                .runs
+                .iter()
+                .map(|r| r.file.display().to_string())
+                .collect(),
+        })
+}
+
+/// Damping ratio taken where none is given: it hardly matters (twice as much adds 2 % to the error of the force).
+const USUAL_DAMPING: f64 = 1e-3;
+
+fn structure(
+    beam: &BeamKnowledge,
+    file: &Path,
+    remarks: &mut Vec<String>,
+) -> Result<Structure, Error> {
+    let unknown = |key, purpose| Error::BeamUnknown {
+        path: file.to_owned(),
+        key,
+        purpose,
+    };
+    let frequencies = &beam.natural_frequencies_hz;
+    if frequencies.is_empty() {
+        return Err(unknown(
+            "natural_frequencies_hz",
+            "know how the beam vibrates",
+        ));
+    }
+    if beam.masses_kg.is_empty() {
+        return Err(unknown("mass_kg", "turn motion into force"));
+    }
+    let damping = if beam.damping_ratios.is_empty() {
+        remarks.push(format!(
+            "No damping ratios given; {USUAL_DAMPING} taken for every mode."
+        ));
+        vec![USUAL_DAMPING; frequencies.len()]
+    } else {
+        beam.damping_ratios.clone()
+    };
+    let made = if beam.tip_values.is_empty() {
+        let tips: Vec<f64> = (0..frequencies.len())
+            .map(|j| if j % 2 == 0 { 2.0 } else { -2.0 })
+            .collect();
+        Structure::from_lists(frequencies, &damping, &beam.masses_kg, &tips)
+    } else {
+        Structure::from_lists(frequencies, &damping, &beam.masses_kg, &beam.tip_values)
+    };
+    made.map_err(|source| Error::Observe {
+        path: file.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,52 @@
+//! Independent tools from the Python package index, installed into a virtual environment of their own
+//! on first use (`target/peers-venv`; delete it to start afresh).
+
+use crate::{build_folder, root};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// The environment's folder of programs, with everything in tests/peers/requirements.txt.
+pub fn programs() -> &'static Path {
+    static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAMS.get_or_init(|| {
+        let target = build_folder()
+            .parent()
+            .expect("target/<profile>")
+            .to_owned();
+        let folder = target.join("peers-venv");
+        let programs = folder.join("bin");
+        let requirements = root().join("tests/peers/requirements.txt");
+        let wanted = fs::read_to_string(&requirements).expect("committed");
+        // What has been installed last; written only once everything is there.
+        let stamp = folder.join("installed.txt");
+        if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+            return programs;
+        }
+        run(Command::new("python3").arg("-m").arg("venv").arg(&folder));
+        run(Command::new(programs.join("python"))
+            .args([
+                "-m",
+                "pip",
+                "install",
+                "--quiet",
+                "--disable-pip-version-check",
+                "-r",
+            ])
+            .arg(&requirements));
+        fs::write(&stamp, wanted).expect("target is writable");
+        programs
+    })
+}
+
+/// Runs a program to its end and gives what it has printed; fails the test where it fails.
+pub fn run(command: &mut Command) -> String {
+    let out = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{command:?}\n{text}\n{errors}");
+    text + &errors
+}
