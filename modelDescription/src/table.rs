@@ -586,7 +586,7 @@ fn run(table: &mut Vec<Variable>) {
             "tolerance",
             Quantity::Tolerance,
             ONE,
-            1e-9,
+            beam_physics::simulate::DEFAULT_TOLERANCE,
             "Relative tolerance of the integration; a master's tighter one takes precedence",
         )
         .at_least(1e-14)

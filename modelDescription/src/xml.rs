@@ -66,7 +66,7 @@ fn write(starts: &[Option<f64>]) -> io::Result<String> {
                 .with_attributes([
                     ("startTime", "0.0"),
                     ("stopTime", "2.0"),
-                    ("tolerance", "1e-9"),
+                    ("tolerance", format!("{:?}", beam_physics::simulate::DEFAULT_TOLERANCE).as_str()),
                     ("stepSize", "1e-4"),
                 ])
                 .write_empty()?;

@@ -16,7 +16,7 @@ use crate::error::Error;
 use std::collections::BTreeMap;
 
 /// Gain in the objective that chance reaches with the luckiest of all candidates in about one of a hundred
-/// campaigns in which nothing is missing (docs/adr/0006-null-threshold.md).
+/// campaigns in which nothing is missing (docs/adr/0006-diagnosis.md).
 pub const NULL_GAIN: f64 = 40.0;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;

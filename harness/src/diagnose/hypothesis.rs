@@ -33,6 +33,8 @@ pub struct References {
     pub start_effects: u32,
     /// mode_count (an integer).
     pub mode_count: u32,
+    /// tolerance.
+    pub tolerance: u32,
     /// belt_travel.start and dwell_time.start.
     pub history: [u32; 2],
     /// q[j], q_dot[j] in turn.
@@ -58,6 +60,7 @@ impl References {
             contact: one("start.contact")?,
             start_effects: one("start.effects")?,
             mode_count: one("mode_count")?,
+            tolerance: one("tolerance")?,
             history: [one("belt_travel.start")?, one("dwell_time.start")?],
             states,
         })

@@ -145,6 +145,7 @@ impl<'a> Predictor<'a> {
         let run = &self.runs[shot.run];
         self.names.clear();
         self.values.clear();
+        self.push(r.tolerance, TOLERANCE);
         self.push(r.inputs[0], run.belt_velocity);
         self.push(r.inputs[1], run.normal_force);
         self.push(r.history[0], shot.travel);
@@ -179,7 +180,7 @@ impl<'a> Predictor<'a> {
         // Time of the campaign's runs counts from their own first sample.
         let origin = run.time[0];
         let mut t = shot.time[0] - origin;
-        self.instance.initialize(t, None, Some(TOLERANCE))?;
+        self.instance.initialize(t, None, None)?;
         out.clear();
         let mut y = [0.0];
         self.instance.get_real(&[r.measured], &mut y)?;
