@@ -235,6 +235,7 @@ fn effects_know_only_their_interface_and_plain_values() {
 
 #[test]
 fn no_one_names_an_effect_outside_the_catalogue() {
+    let ids = effects();
     let mut breaches = Vec::new();
     for folder in [
         "fmu-src/physics/src",
@@ -246,8 +247,8 @@ fn no_one_names_an_effect_outside_the_catalogue() {
             if source.path.contains("/effects/") {
                 continue;
             }
-            for id in effects() {
-                if source.has_word(&id) {
+            for id in &ids {
+                if source.has_word(id) {
                     breaches.push(format!("{} names {id}", source.path));
                 }
             }
