@@ -186,7 +186,7 @@ mod tests {
         };
         assert_eq!(
             with_interval(&estimate(0.123_456, 0.001)),
-            "0.1235 ± 0.002 m"
+            "0.123 ± 0.002 m"
         );
         assert_eq!(with_interval(&estimate(2.5, f64::NAN)), "2.5 m");
     }
