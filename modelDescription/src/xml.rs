@@ -66,7 +66,10 @@ fn write(starts: &[Option<f64>]) -> io::Result<String> {
                 .with_attributes([
                     ("startTime", "0.0"),
                     ("stopTime", "2.0"),
-                    ("tolerance", format!("{:?}", beam_physics::simulate::DEFAULT_TOLERANCE).as_str()),
+                    (
+                        "tolerance",
+                        format!("{:?}", beam_physics::simulate::DEFAULT_TOLERANCE).as_str(),
+                    ),
                     ("stepSize", "1e-4"),
                 ])
                 .write_empty()?;

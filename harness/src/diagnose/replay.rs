@@ -104,6 +104,7 @@ fn observing(references: &References, output: u32) -> References {
         contact: references.contact,
         start_effects: references.start_effects,
         mode_count: references.mode_count,
+        tolerance: references.tolerance,
         history: references.history,
         states: references.states.clone(),
     }
