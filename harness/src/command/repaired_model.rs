@@ -63,7 +63,7 @@ pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Erro
 
 fn model_toml(values: &[(String, f64)]) -> String {
     let mut out = String::from(
-        "# Calibrated model: FMU variable = value in SI units. `stickslip simulate --model model.toml` runs it.\n[parameters]\n",
+        "# Calibrated model: FMU variable = value in SI units; `stickslip simulate --set NAME=VALUE` takes them.\n[parameters]\n",
     );
     for (name, value) in values {
         out += &format!("\"{name}\" = {value:?}\n");

@@ -38,7 +38,7 @@ pub struct Evidence {
     pub holdout_nrmse_after: f64,
     /// Fall of the objective (natural logarithm of the likelihood) through the effect.
     pub gain: f64,
-    /// Fall that the largest of all candidates reaches by chance in 1 of 20 campaigns without effect.
+    /// Fall below which a gain counts as chance.
     pub threshold: f64,
     /// Root of the median mean square error over the noise after the effect: 1 is the floor.
     pub floor_ratio: f64,
