@@ -80,6 +80,15 @@ impl Candidate {
     pub fn find_role(&self, role: Role) -> Option<usize> {
         self.parameters.iter().position(|p| p.role == role)
     }
+
+    /// Index of the natural frequency in Hz, for an effect that has one and no amplitude of its own.
+    pub fn resonance(&self) -> Option<usize> {
+        let of_nothing = |role| self.find_role(role).is_none();
+        let is_frequency = |p: &EffectParameter| p.role == Role::Shape && p.unit == "Hz";
+        (of_nothing(Role::Amplitude) && of_nothing(Role::Phase))
+            .then(|| self.parameters.iter().position(is_frequency))
+            .flatten()
+    }
 }
 
 /// All effects that the FMU declares, in its order.

@@ -22,6 +22,9 @@ pub const NULL_GAIN: f64 = 40.0;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 
+/// Jacobians for the last fit of each rung.
+const REFIT: usize = 12;
+
 /// One step of the ladder, fitted on all shots.
 pub struct Rungs {
     /// The calibrated model, then one effect more each time.
@@ -80,7 +83,7 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(6));
+    let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(REFIT));
     let found = fitter.settle(start);
     let fit = fitter.run(found.point);
     let simulations = predictor.count;

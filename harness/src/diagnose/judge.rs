@@ -199,9 +199,7 @@ fn learn_own<'a>(
         })
         .collect();
     if phases.is_empty() {
-        let mut fitter = Fitter::new(predictor, h, &data, effort);
-        let settled = fitter.settle(start);
-        return fitter.run(settled.point);
+        return settle_and_run(&mut Fitter::new(predictor, h, &data, effort), start);
     }
     debug_assert!(
         phases
@@ -241,7 +239,14 @@ fn learn_own<'a>(
     for &(run, i) in &phases {
         point.own[run][i] = best[run].1;
     }
-    let mut fitter = Fitter::new(predictor, h, &data, effort);
-    let settled = fitter.settle(point);
+    settle_and_run(&mut Fitter::new(predictor, h, &data, effort), point)
+}
+
+/// Start states first, then with them what is a run's own; twice, since a shot that was lost at first is
+/// often found once the friction level is right.
+fn settle_and_run(fitter: &mut Fitter, start: Point) -> Fit {
+    let settled = fitter.settle(start);
+    let first = fitter.run(settled.point);
+    let settled = fitter.settle(first.point);
     fitter.run(settled.point)
 }

@@ -15,3 +15,4 @@ pub mod search;
 pub mod select;
 pub mod session;
 pub mod shot;
+pub mod unexplained;

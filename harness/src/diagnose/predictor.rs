@@ -122,24 +122,15 @@ impl<'a> Predictor<'a> {
         self.values.push(value);
     }
 
-    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the shot;
-    /// `false` if the motion ran away from the measurement and was given up.
-    ///
-    /// # Errors
-    /// Values that the FMU refuses, or a motion that it can't follow.
-    #[allow(clippy::too_many_arguments)]
-    pub fn predict(
+    /// Puts the FMU at the start of a shot.
+    fn start(
         &mut self,
         shot: &Shot,
         shared: &[f64],
         own: &[f64],
         state: &[f64],
         stuck: bool,
-        used: usize,
-        stride: usize,
-        out: &mut Vec<f64>,
-    ) -> Result<bool, Error> {
-        self.count += 1;
+    ) -> Result<(), Error> {
         let h = self.hypothesis;
         let r = self.references;
         let run = &self.runs[shot.run];
@@ -177,10 +168,33 @@ impl<'a> Predictor<'a> {
             &[if stuck { 1 } else { 2 }, 1, h.modes as i32],
         )?;
         self.instance.set_real(&self.names, &self.values)?;
+        self.instance
+            .initialize(shot.time[0] - run.time[0], None, None)
+    }
+
+    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the shot;
+    /// `false` if the motion ran away from the measurement and was given up.
+    ///
+    /// # Errors
+    /// Values that the FMU refuses, or a motion that it can't follow.
+    #[allow(clippy::too_many_arguments)]
+    pub fn predict(
+        &mut self,
+        shot: &Shot,
+        shared: &[f64],
+        own: &[f64],
+        state: &[f64],
+        stuck: bool,
+        used: usize,
+        stride: usize,
+        out: &mut Vec<f64>,
+    ) -> Result<bool, Error> {
+        self.count += 1;
         // Time of the campaign's runs counts from their own first sample.
-        let origin = run.time[0];
+        let origin = self.runs[shot.run].time[0];
         let mut t = shot.time[0] - origin;
-        self.instance.initialize(t, None, None)?;
+        self.start(shot, shared, own, state, stuck)?;
+        let r = self.references;
         out.clear();
         let mut y = [0.0];
         self.instance.get_real(&[r.measured], &mut y)?;
@@ -207,21 +221,36 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// A motion that the FMU can't follow.
-    pub fn carry_on(&mut self, next: &Shot) -> Result<ShotStart, Error> {
+    pub fn carry_on(
+        &mut self,
+        next: &Shot,
+        shared: &[f64],
+        own: &[f64],
+    ) -> Result<ShotStart, Error> {
         let t = next.time[0] - self.runs[next.run].time[0];
         if t > self.now {
             self.instance.do_step(self.now, t - self.now)?;
         }
         let r = self.references;
-        let mut state = vec![0.0; 2 * self.hypothesis.modes];
+        let modal = 2 * self.hypothesis.modes;
+        let mut state = vec![0.0; modal];
         self.instance.get_real(&r.states, &mut state)?;
         let mut mode = [0];
         self.instance.get_integer(&[r.contact_mode], &mut mode)?;
-        // Deviations of the effects' states from equilibrium are not carried over.
-        state.resize(state.len() + self.hypothesis.extra_states.len(), 0.0);
-        Ok(ShotStart {
-            state,
-            stuck: mode[0] == 0,
-        })
+        let stuck = mode[0] == 0;
+        let extra: Vec<u32> = self.hypothesis.extra_states.iter().map(|s| s.0).collect();
+        let mut values = vec![0.0; extra.len()];
+        self.instance.get_real(&extra, &mut values)?;
+        state.resize(modal + extra.len(), 0.0);
+        if !extra.is_empty() {
+            // Effects' states count from their equilibrium, which the FMU tells when it is started there.
+            self.start(next, shared, own, &state, stuck)?;
+            let mut equilibrium = vec![0.0; extra.len()];
+            self.instance.get_real(&extra, &mut equilibrium)?;
+            for (i, (value, rest)) in values.iter().zip(&equilibrium).enumerate() {
+                state[modal + i] = value - rest;
+            }
+        }
+        Ok(ShotStart { state, stuck })
     }
 }

@@ -28,9 +28,11 @@ pub struct Line {
 }
 
 /// What varies: time at a frequency or place at a wavelength.
-#[derive(Clone, Copy, PartialEq)]
-enum Argument {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Argument {
+    /// Time in s, at a frequency in Hz.
     Time,
+    /// Belt travel in m, at a wavelength in m.
     Travel,
 }
 
@@ -51,13 +53,8 @@ pub fn lines(
     stride: usize,
     most: usize,
 ) -> Vec<Line> {
-    let Some((amplitude, shape)) = periodic(effect) else {
+    let (Some((amplitude, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
         return Vec::new();
-    };
-    let argument = if effect.parameters[shape].unit == "Hz" {
-        Argument::Time
-    } else {
-        Argument::Travel
     };
     let index = |i: usize| h.shared_index(&format!("{}.{}", effect.id, effect.parameters[i].name));
     let (Some(a), Some(f)) = (index(amplitude), index(shape)) else {
@@ -189,8 +186,18 @@ pub fn lines(
     found
 }
 
+/// What a periodic effect repeats with.
+pub fn argument(effect: &Candidate) -> Option<Argument> {
+    let (_, shape) = periodic(effect)?;
+    Some(if effect.parameters[shape].unit == "Hz" {
+        Argument::Time
+    } else {
+        Argument::Travel
+    })
+}
+
 /// Indices of amplitude and frequency or wavelength, if the effect is periodic.
-fn periodic(effect: &Candidate) -> Option<(usize, usize)> {
+pub fn periodic(effect: &Candidate) -> Option<(usize, usize)> {
     effect.find_role(Role::Phase)?;
     Some((
         effect.find_role(Role::Amplitude)?,

@@ -7,6 +7,7 @@ use super::predictor::{Point, Predictor};
 use super::scan;
 use super::session::Session;
 use super::shot::Shot;
+use super::unexplained;
 use crate::error::Error;
 
 /// Every how many-th sample is used while searching.
@@ -21,6 +22,18 @@ const CLIMB: usize = 10;
 const FOLLOWED: usize = 2;
 /// Lines of a periodic effect that are tried.
 const LINES: usize = 3;
+/// Natural frequencies that are tried, up to this factor off the typical one, ...
+const RESONANCE_RANGE: f64 = 1.35;
+/// ... on a grid of this ratio, ...
+const RESONANCE_STEP: f64 = 1.012;
+/// ... on every how many-th shot; ...
+const RESONANCE_SHOTS: usize = 3;
+/// ... and how many of them are looked at.
+const RESONANCES: usize = 4;
+/// A fit whose median error is below this many times the noise is about to arrive.
+const FOUND: f64 = 1.5;
+/// The same from the spectrum of the smoothed force.
+const FORCE_LINES: usize = 5;
 
 /// A hypothesis and the best fit found.
 pub struct Trial {
@@ -43,6 +56,33 @@ pub fn effort(iterations: usize) -> Effort {
         shared: true,
         revive: true,
     }
+}
+
+fn keep_better(best: &mut Option<Fit>, fit: Fit) {
+    if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
+        *best = Some(fit);
+    }
+}
+
+/// The fit of the smaller hypothesis as a point of the larger one, with the new effect as nearly off as its
+/// parameters allow.
+fn switched_off(
+    session: &Session,
+    h: &Hypothesis,
+    new: usize,
+    base: &Trial,
+    shots: &[Shot],
+) -> Point {
+    let effect = &session.catalogue[new];
+    let mut point = widen(base, h, &Point::centre(h, shots));
+    for p in &effect.parameters {
+        if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
+            if p.role == Role::Amplitude {
+                point.shared[i] = h.shared[i].clamp(0.0);
+            }
+        }
+    }
+    point
 }
 
 /// How thorough a search is.
@@ -119,30 +159,41 @@ pub fn search(
         &hypothesis,
     )?;
     let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
-    let mut looks: Vec<Fit> = starts
-        .into_iter()
-        .map(|start| {
-            Fitter::new(
-                &mut predictor,
-                &hypothesis,
-                &data,
-                Effort {
-                    share: LOOK_SHARE,
-                    revive: false,
-                    ..effort(depth.look)
-                },
-            )
-            .run(start)
-        })
-        .collect();
-    looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
+    let look = Effort {
+        share: LOOK_SHARE,
+        revive: false,
+        ..effort(depth.look)
+    };
+    let mut looks = Vec::new();
     let mut best: Option<Fit> = None;
-    for look in looks.into_iter().take(depth.followed) {
-        let fit =
-            Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(look.point);
-        if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
-            best = Some(fit);
+    for start in starts {
+        let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
+        if data.quantile(&seen, 0.5) < FOUND {
+            let fit =
+                Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(seen.point);
+            let found = data.quantile(&fit, 0.75) < FOUND;
+            keep_better(&mut best, fit);
+            if found {
+                break;
+            }
+        } else {
+            looks.push(seen);
         }
+    }
+    let found = best.as_ref().is_some_and(|b| data.quantile(b, 0.75) < FOUND);
+    if !found {
+        looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
+        for look in looks.into_iter().take(depth.followed) {
+            let fit =
+                Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(look.point);
+            keep_better(&mut best, fit);
+        }
+    }
+    // Never worse than without the effect.
+    if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
+        let off = switched_off(session, &hypothesis, new, base, shots);
+        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.look)).run(off);
+        keep_better(&mut best, fit);
     }
     let fit = best.expect("there is at least one start");
     let simulations = predictor.count;
@@ -212,13 +263,13 @@ pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
     out
 }
 
-fn starts(
+fn starts<'a>(
     session: &Session,
-    h: &Hypothesis,
+    h: &'a Hypothesis,
     new: usize,
     base: &Trial,
     data: &Data,
-    predictor: &mut Predictor,
+    predictor: &mut Predictor<'a>,
 ) -> Vec<Point> {
     let effect = &session.catalogue[new];
     let centre = Point::centre(h, data.shots);
@@ -245,9 +296,15 @@ fn starts(
         p
     };
     if effect.find_role(Role::Phase).is_some() {
-        return periodic_starts(h, effect, data, predictor, &from_base, &fresh);
+        return periodic_starts(session, h, effect, data, predictor, &from_base, &fresh);
     }
     let amplitude = effect.find_role(Role::Amplitude);
+    if let Some(f) = effect.resonance() {
+        let name = index(&effect.parameters[f].name);
+        return name.map_or(vec![from_base.clone()], |i| {
+            resonance_starts(h, i, data, predictor, &from_base, &fresh)
+        });
+    }
     let shapes: Vec<usize> = (0..effect.parameters.len())
         .filter(|&i| effect.parameters[i].role == Role::Shape)
         .collect();
@@ -301,13 +358,6 @@ fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
         _ => &[0.3, 3.0],
     };
     for (axis, &i) in shapes.iter().enumerate() {
-        // A frequency is known to tens of percent, but must be met closely; the other shapes to a factor.
-        let near = [0.82, 0.87, 0.91, 0.95, 1.05, 1.1, 1.15, 1.21];
-        let factors = if parameters[i].unit == "Hz" {
-            &near[..]
-        } else {
-            factors
-        };
         for factor in factors {
             let value = typical[axis] * factor;
             if value >= parameters[i].min && value <= parameters[i].max {
@@ -320,7 +370,60 @@ fn shape_grid(session: &Session, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
     grid
 }
 
+/// Starts for a natural frequency: known to tens of percent at best, it must be met to a cycle within
+/// a shot. On a fine grid only the start states are fitted, to the beginnings of some of the shots.
+fn resonance_starts<'a>(
+    h: &'a Hypothesis,
+    knob: usize,
+    data: &Data,
+    predictor: &mut Predictor<'a>,
+    from_base: &Point,
+    fresh: &Point,
+) -> Vec<Point> {
+    let chosen: Vec<usize> = (0..data.shots.len()).step_by(RESONANCE_SHOTS).collect();
+    let shots: Vec<Shot> = chosen.iter().map(|&k| data.shots[k].clone()).collect();
+    let some = Data {
+        shots: &shots,
+        noise: data.noise,
+        weight: data.weight,
+    };
+    let typical = h.shared[knob].prior;
+    let mut tried: Vec<(f64, f64)> = Vec::new();
+    let mut ratio: f64 = 1.0 / RESONANCE_RANGE;
+    while ratio < RESONANCE_RANGE {
+        let mut point = from_base.clone();
+        point.shared[knob] = h.shared[knob].clamp(h.shared[knob].position(ratio * typical));
+        let point = Point {
+            states: chosen.iter().map(|&k| point.states[k].clone()).collect(),
+            stuck: chosen.iter().map(|&k| point.stuck[k]).collect(),
+            ..point
+        };
+        let position = point.shared[knob];
+        let quick = Effort {
+            knobs: false,
+            share: LOOK_SHARE,
+            revive: false,
+            ..effort(2)
+        };
+        let fit = Fitter::new(predictor, h, &some, quick).run(point);
+        tried.push((fit.trimmed, position));
+        ratio *= RESONANCE_STEP;
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    tried
+        .iter()
+        .take(RESONANCES)
+        .flat_map(|&(_, position)| [(fresh, position), (from_base, position)])
+        .map(|(origin, position)| {
+            let mut point = origin.clone();
+            point.shared[knob] = position;
+            point
+        })
+        .collect()
+}
+
 fn periodic_starts(
+    session: &Session,
     h: &Hypothesis,
     effect: &super::candidate::Candidate,
     data: &Data,
@@ -341,8 +444,17 @@ fn periodic_starts(
     let (Some(a), Some(f)) = (h.shared_index(&a), h.shared_index(&f)) else {
         return vec![from_base.clone()];
     };
-    for line in scan::lines(predictor, h, effect, data, from_base, STRIDE, LINES) {
-        for origin in [from_base, fresh] {
+    let mut lines = Vec::new();
+    // A factor on friction shows in the smoothed force itself, however far the reference model is off.
+    if let (Some((amplitude, shape)), Some(argument)) = (scan::periodic(effect), scan::argument(effect))
+        && effect.parameters[amplitude].unit == "1"
+    {
+        let range = (effect.parameters[shape].min, effect.parameters[shape].max);
+        lines = unexplained::lines(session, argument, range, FORCE_LINES);
+    }
+    lines.extend(scan::lines(predictor, h, effect, data, from_base, STRIDE, LINES));
+    for line in lines {
+        for origin in [fresh, from_base] {
             let mut point = origin.clone();
             point.shared[a] = h.shared[a].clamp(line.amplitude);
             point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));

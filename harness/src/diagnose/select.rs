@@ -1,8 +1,10 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
+use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Choice;
 use super::judge::{self, Judgement};
 use super::knob::Knob;
+use super::predictor::{Point, Predictor};
 use super::search::{self, BRIEF, THOROUGH, Trial, baseline, search, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
@@ -17,6 +19,10 @@ const PAIR_LEADERS: usize = 3;
 const CLEARLY_WORSE: f64 = 1.5;
 /// A pair whose median error over the noise is below this after a brief search gets a thorough one.
 const PROMISING: f64 = 4.0;
+/// Contenders that are fitted further.
+const POLISHED: usize = 2;
+/// Jacobians for that.
+const POLISH: usize = 10;
 /// Effects added at most.
 pub const MOST_EFFECTS: usize = 2;
 /// A hypothesis explains the data if the median error is at most this many times the noise, ...
@@ -130,6 +136,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     singles.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
     // The reference model gets another try from each of the best candidates' nuisances.
     let calibrated = retry_baseline(session, base_trial, &singles, &indices, &shots)?;
+    if !calibrated.reaches_floor() {
+        polish(session, &mut singles, &indices, &shots, samples, watch)?;
+    }
     let enough =
         calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor);
     let mut pairs = Vec::new();
@@ -154,6 +163,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         }
         pairs = compete(session, &jobs, &bases, &indices, &shots, samples, watch)?;
         pairs.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
+        polish(session, &mut pairs, &indices, &shots, samples, watch)?;
     }
     let stopped = watch.stop();
     let mut path = Vec::new();
@@ -238,8 +248,6 @@ fn as_given(
     indices: &[usize],
     shots: &[Shot],
 ) -> Result<(Judgement, Judgement), Error> {
-    use super::fit::{Data, Effort, Fitter};
-    use super::predictor::{Point, Predictor};
     let h = session.hypothesis(&[])?;
     let mut predictor =
         Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
@@ -316,6 +324,52 @@ fn compete(
     Ok(results.into_iter().flatten().collect())
 }
 
+/// Fits the best contenders further as long as they are near the noise but not down to it.
+fn polish(
+    session: &Session,
+    contenders: &mut [Contender],
+    indices: &[usize],
+    shots: &[Shot],
+    samples: f64,
+    watch: &dyn Watch,
+) -> Result<(), Error> {
+    let wanted: Vec<usize> = (0..contenders.len().min(POLISHED))
+        .filter(|&i| contenders[i].fit.quantile(0.5) < PROMISING && !contenders[i].reaches_floor())
+        .collect();
+    if wanted.is_empty() || contenders[0].reaches_floor() || watch.stop() {
+        return Ok(());
+    }
+    watch.step("fitting the best candidates further", 0, 1);
+    let polished = parallel(&wanted, |&i| {
+        let old = &contenders[i];
+        let h = session.hypothesis(&old.choices)?;
+        let mut predictor =
+            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+        let data = Data {
+            shots,
+            noise: &session.noise,
+            weight: 1.0,
+        };
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(POLISH));
+        let settled = fitter.settle(old.trial.fit.point.clone());
+        let fit = fitter.run(settled.point);
+        let simulations = old.trial.simulations + predictor.count;
+        let trial = Trial {
+            hypothesis: h,
+            fit,
+            simulations,
+        };
+        Ok(Contender::new(session, old.choices.clone(), trial, indices))
+    })?;
+    for (i, new) in wanted.into_iter().zip(polished) {
+        if new.score(samples) < contenders[i].score(samples) {
+            contenders[i] = new;
+        }
+    }
+    contenders.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
+    Ok(())
+}
+
 /// The name of a hypothesis.
 pub fn name(session: &Session, choices: &[Choice]) -> String {
     choices
@@ -333,8 +387,6 @@ fn retry_baseline(
     indices: &[usize],
     shots: &[Shot],
 ) -> Result<Contender, Error> {
-    use super::fit::{Data, Fitter};
-    use super::predictor::{Point, Predictor};
     let mut best = base;
     for single in singles.iter().take(2) {
         let h = session.hypothesis(&[])?;

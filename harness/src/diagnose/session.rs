@@ -10,6 +10,9 @@ use crate::measurement::{Campaign, Role};
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
 
+/// Neighbouring shots that are taken together where not all are.
+const GROUP: usize = 4;
+
 /// A diagnosis in progress.
 pub struct Session<'a> {
     /// The model.
@@ -120,12 +123,13 @@ impl<'a> Session<'a> {
         )
     }
 
-    /// Shots of the runs that are fitted; with `every` > 1, pairs of neighbours taken evenly.
+    /// Shots of the runs that are fitted; with `every` > 1, groups of neighbours taken evenly,
+    /// so that a start can be taken from the end of the shot before.
     pub fn fit_shots(&self, every: usize) -> Vec<usize> {
         (0..self.shots.len())
             .filter(|&k| !self.held_out[self.shots[k].run])
             .enumerate()
-            .filter(|(i, _)| (i / 2) % every == 0)
+            .filter(|(i, _)| (i / GROUP) % every == 0)
             .map(|(_, k)| k)
             .collect()
     }

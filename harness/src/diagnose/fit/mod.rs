@@ -25,7 +25,7 @@ const QUASI_STEPS: usize = 2;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
 /// Iterations before which shots in a wrong basin get other starts.
-const REVIVALS: [usize; 2] = [1, 3];
+const REVIVALS: [usize; 3] = [1, 3, 5];
 /// Share of the shots, those that fit worst, that fits are compared without.
 const TRIMMED: f64 = 0.2;
 
@@ -72,6 +72,23 @@ pub struct Data<'a> {
     pub noise: &'a [f64],
     /// How independent the samples are: residuals of neighbouring samples count together.
     pub weight: f64,
+}
+
+impl Data<'_> {
+    /// Root of the `share`-quantile of the mean square errors of a fit's shots, in units of the noise.
+    pub fn quantile(&self, fit: &Fit, share: f64) -> f64 {
+        let mut ratio: Vec<f64> = self
+            .shots
+            .iter()
+            .zip(&fit.mean_square)
+            .map(|(shot, m)| m / self.noise[shot.run].powi(2))
+            .collect();
+        ratio.sort_by(f64::total_cmp);
+        match ratio.len() {
+            0 => f64::NAN,
+            n => ratio[((n - 1) as f64 * share).round() as usize].sqrt(),
+        }
+    }
 }
 
 /// Directions in which a shot's start state may move: index of the state and its scale.

@@ -8,6 +8,9 @@ use nalgebra::DVector;
 /// Shares of a shot over which its start is fitted one after another, and iterations for each.
 const GROWING: [(f64, usize); 3] = [(0.25, 4), (0.5, 3), (1.0, 6)];
 
+/// A shot whose mean square error is above this many times that of the better ones is in a wrong basin.
+const WRONG: f64 = 4.0;
+
 impl Fitter<'_, '_> {
     fn sum(&mut self, k: usize, point: &Point) -> f64 {
         sum_of_squares(&self.residual(k, point))
@@ -105,7 +108,7 @@ impl Fitter<'_, '_> {
         sorted.sort_by(f64::total_cmp);
         // At most the worst third, and only those far above the better half.
         let limit =
-            (16.0 * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
+            (WRONG * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
         let mut changed = Vec::new();
         for k in 0..sums.len() {
             if ratio(self, k, sums[k]) < limit {
@@ -119,7 +122,7 @@ impl Fitter<'_, '_> {
                 && ratio(self, k - 1, sums[k - 1]) < limit
             {
                 let _ = self.sum(k - 1, point);
-                if let Ok(start) = self.predictor.carry_on(shot) {
+                if let Ok(start) = self.predictor.carry_on(shot, &point.shared, &point.own[shot.run]) {
                     starts.push(start);
                 }
             }

@@ -1,0 +1,227 @@
+//! The friction force that a characteristic alone does not explain, and what it repeats with.
+//!
+//! In slip, away from transitions, the smoothed force of every run is compared with one free
+//! characteristic over relative velocity (the median of `|F|/F_N` in bins of `|v_r|`, with a level of its
+//! own for each run; no law is assumed). What remains is searched for what repeats in time or along the
+//! belt: per run r, least squares of the rest on `m`, `m cos u` and `m sin u` with m the expected force and
+//! `u = 2 pi f t` or `2 pi s/L`; the gains in likelihood, added up over the runs, make the spectrum; the
+//! strongest line is taken away before the next is looked for (Lomb-Scargle, Scargle 1982, with the level refitted as in Cumming 1999).
+
+use super::scan::{Argument, Line};
+use super::session::Session;
+use crate::observer::PhaseMode;
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::TAU;
+
+/// Time in s about a transition in which the smoothed force can't follow.
+const CLEAR: f64 = 4e-4;
+/// Bins of the characteristic.
+const BINS: usize = 40;
+/// Samples of a run that a spectrum uses at most.
+const MOST_SAMPLES: usize = 1500;
+
+/// A sample in slip.
+#[derive(Debug, Clone, Copy)]
+pub struct SlipSample {
+    /// Time since the run began in s.
+    pub time: f64,
+    /// Distance in m that belt and tip have moved against each other since then.
+    pub travel: f64,
+    /// Relative velocity in m/s.
+    pub relative_velocity: f64,
+    /// Smoothed force in N, positive along the belt's motion.
+    pub force: f64,
+    /// Force in N by the free characteristic.
+    pub expected: f64,
+}
+
+/// Slip samples of each run with the force that the free characteristic expects.
+pub fn slip_samples(session: &Session) -> Vec<Vec<SlipSample>> {
+    let mut runs: Vec<Vec<SlipSample>> = (0..session.campaign.runs.len())
+        .map(|r| of_run(session, r))
+        .collect();
+    let force = |r: usize| session.campaign.runs[r].normal_force;
+    let fastest = runs
+        .iter()
+        .flatten()
+        .map(|s| s.relative_velocity.abs())
+        .fold(0.0, f64::max)
+        .max(1e-9);
+    // Bins grow with velocity, as the characteristic flattens out.
+    let bin = |v: f64| (((v.abs() / fastest).sqrt() * BINS as f64) as usize).min(BINS - 1);
+    let mut level = vec![1.0; runs.len()];
+    for _ in 0..2 {
+        let mut ratios: Vec<Vec<f64>> = vec![Vec::new(); BINS];
+        for (r, samples) in runs.iter().enumerate() {
+            for s in samples {
+                ratios[bin(s.relative_velocity)].push(s.force.abs() / (force(r) * level[r]));
+            }
+        }
+        let characteristic: Vec<f64> = ratios.iter_mut().map(|v| median(v)).collect();
+        for (r, samples) in runs.iter_mut().enumerate() {
+            let mut own: Vec<f64> = Vec::new();
+            for s in samples.iter_mut() {
+                let expected = characteristic[bin(s.relative_velocity)] * force(r);
+                own.push(s.force.abs() / expected);
+                s.expected = -expected * level[r] * s.relative_velocity.signum();
+            }
+            let middle = median(&mut own);
+            if middle > 0.0 {
+                level[r] = middle;
+            }
+        }
+    }
+    runs
+}
+
+fn of_run(session: &Session, r: usize) -> Vec<SlipSample> {
+    let stick_slip = &session.smoothings[r].stick_slip;
+    let smoothed = &stick_slip.smoothed;
+    let h = smoothed.sample_interval;
+    let belt = session.campaign.runs[r].belt_velocity;
+    let mut out = Vec::new();
+    for phase in stick_slip.phases.iter().filter(|p| p.mode != PhaseMode::Stick) {
+        for k in phase.first..phase.past {
+            let time = k as f64 * h;
+            if time > phase.start + CLEAR && time < phase.end - CLEAR {
+                out.push(SlipSample {
+                    time,
+                    travel: belt * time - (smoothed.displacement[k] - smoothed.displacement[0]),
+                    relative_velocity: stick_slip.relative_velocity[k],
+                    force: smoothed.force[k],
+                    expected: f64::NAN,
+                });
+            }
+        }
+    }
+    out
+}
+
+/// The strongest lines of what remains, with amplitude relative to the expected force and a phase for
+/// each run.
+pub fn lines(
+    session: &Session,
+    argument: Argument,
+    range: (f64, f64),
+    most: usize,
+) -> Vec<Line> {
+    let runs: Vec<Vec<SlipSample>> = slip_samples(session)
+        .into_iter()
+        .map(|samples| {
+            let every = samples.len().div_ceil(MOST_SAMPLES).max(1);
+            samples.into_iter().step_by(every).collect()
+        })
+        .collect();
+    let place = |s: &SlipSample| match argument {
+        Argument::Time => s.time,
+        Argument::Travel => s.travel,
+    };
+    let extent = runs
+        .iter()
+        .filter_map(|samples| Some(place(samples.last()?) - place(samples.first()?)))
+        .fold(0.0, f64::max);
+    if extent <= 0.0 {
+        return Vec::new();
+    }
+    let (low, high) = match argument {
+        Argument::Time => range,
+        Argument::Travel => (range.1.recip(), range.0.recip()),
+    };
+    let fine = 0.2 / extent;
+    let low = low.max(0.3 / extent);
+    let mut rests: Vec<Vec<f64>> = runs
+        .iter()
+        .map(|samples| samples.iter().map(rest).collect())
+        .collect();
+    let mut found = Vec::new();
+    for _ in 0..most {
+        let mut best: Option<(f64, Vec<Option<AtWave>>)> = None;
+        let mut most_gain = 0.0;
+        let mut wave = low;
+        while wave < high {
+            let fits: Vec<Option<AtWave>> = runs
+                .iter()
+                .zip(&rests)
+                .map(|(samples, rest)| at_wave(samples, rest, |s| TAU * wave * place(s)))
+                .collect();
+            let gain: f64 = fits.iter().flatten().map(|f| f.gain).sum();
+            if gain > most_gain {
+                most_gain = gain;
+                best = Some((wave, fits));
+            }
+            wave += fine;
+        }
+        let Some((wave, fits)) = best else { break };
+        let (mut weight, mut mean) = (0.0, 0.0);
+        let mut phase = vec![0.0; runs.len()];
+        for (r, fit) in fits.iter().enumerate() {
+            let Some(fit) = fit else { continue };
+            weight += runs[r].len() as f64;
+            mean += runs[r].len() as f64 * fit.amplitude;
+            phase[r] = fit.phase;
+            // What this line explains is taken away, or its neighbours would be the next lines.
+            for (s, rest) in runs[r].iter().zip(&mut rests[r]) {
+                *rest -= s.expected
+                    * fit.amplitude
+                    * (TAU * wave * place(s) + fit.phase).cos();
+            }
+        }
+        found.push(Line {
+            value: match argument {
+                Argument::Time => wave,
+                Argument::Travel => wave.recip(),
+            },
+            amplitude: mean / weight,
+            phase,
+            gain: most_gain,
+        });
+    }
+    found
+}
+
+/// What the characteristic leaves; single samples far off (a missed transition) must not rule.
+fn rest(s: &SlipSample) -> f64 {
+    let limit = 0.5 * s.expected.abs();
+    (s.force - s.expected).clamp(-limit, limit)
+}
+
+struct AtWave {
+    /// Fall of the logarithm of the likelihood.
+    gain: f64,
+    amplitude: f64,
+    phase: f64,
+}
+
+fn at_wave(
+    samples: &[SlipSample],
+    rests: &[f64],
+    angle: impl Fn(&SlipSample) -> f64,
+) -> Option<AtWave> {
+    let mut matrix = Matrix3::zeros();
+    let mut right = Vector3::zeros();
+    let mut total = 0.0;
+    for (s, rest) in samples.iter().zip(rests) {
+        let (sin, cos) = angle(s).sin_cos();
+        let row = Vector3::new(1.0, cos, sin) * s.expected;
+        matrix += row * row.transpose();
+        right += row * *rest;
+        total += rest * rest;
+    }
+    let solution = matrix.cholesky()?.solve(&right);
+    let level = right[0] * right[0] / matrix[(0, 0)];
+    let explained = right.dot(&solution);
+    let (before, after) = (total - level, total - explained);
+    (after > 0.0 && before > 0.0).then(|| AtWave {
+        gain: 0.5 * samples.len() as f64 * (before / after).ln(),
+        amplitude: solution[1].hypot(solution[2]),
+        phase: (-solution[2]).atan2(solution[1]),
+    })
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
