@@ -2,7 +2,9 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects};
+use crate::command::{
+    blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects,
+};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:

@@ -4,7 +4,9 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
-use stickslip::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects};
+use stickslip::command::{
+    blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects,
+};
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {

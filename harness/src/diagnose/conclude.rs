@@ -1,15 +1,16 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
+use super::contender::Contender;
 use super::fit::{Data, Fit, Fitter};
 use super::hypothesis::Hypothesis;
-use super::judge::{self, Judgement};
+use super::judge::{self, Care, Judgement};
 use super::knob::Scale;
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
 use super::predictor::{Point, Predictor};
 use super::search::{self, Trial};
-use super::select::{Contender, Selection};
+use super::select::{PAIRS_LISTED, Selection};
 use super::session::Session;
 use super::shot::Shot;
 use crate::error::Error;
@@ -47,7 +48,7 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
     let results = super::session::parallel(&steps, |contender| {
         let trial = refit(session, contender, &all)?;
         let fit = judge::of_fit(session, &all, &trial.fit);
-        let holdout = judge::held_out(session, &trial)?;
+        let holdout = judge::held_out(session, &trial, Care::Thorough)?;
         Ok((trial, fit, holdout))
     })?;
     let mut rungs = Rungs {
@@ -328,7 +329,7 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
         .path
         .iter()
         .chain(&selection.singles)
-        .chain(selection.pairs.iter().take(5))
+        .chain(selection.pairs.iter().take(PAIRS_LISTED))
         .collect();
     all.sort_by(|a, b| {
         a.score(selection.samples)
@@ -336,7 +337,7 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
     });
     all.iter()
         .map(|c| Standing {
-            id: super::select::name(session, &c.choices),
+            id: super::contender::name(session, &c.choices),
             holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
             score: base - c.score(selection.samples),
             fit_over_noise: c.fit.quantile(0.5),

@@ -104,12 +104,29 @@ pub fn held_out_shots(session: &Session) -> (Vec<usize>, Vec<usize>) {
     (pick(0), pick(1))
 }
 
+/// With how much care a hypothesis is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Care {
+    /// Every third of the shots kept out: enough to rank candidates.
+    Brief,
+    /// All of them.
+    Thorough,
+}
+
+/// Every how many-th of the shots kept out is used in a brief judgement.
+const BRIEF_EVERY: usize = 3;
+
 /// Judges a hypothesis on what its fit has not seen.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
-    let (learn, test) = held_out_shots(session);
+pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgement, Error> {
+    let (mut learn, mut test) = held_out_shots(session);
+    if care == Care::Brief {
+        // The same places in both, so that each shot judged follows one that teaches.
+        let some = |list: Vec<usize>| list.into_iter().step_by(BRIEF_EVERY).collect();
+        (learn, test) = (some(learn), some(test));
+    }
     let h = &trial.hypothesis;
     let mut predictor =
         Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
@@ -126,7 +143,7 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
         start.own.clone_from(&trial.fit.point.own);
     }
     let own = Effort {
-        iterations: 6,
+        iterations: if care == Care::Brief { 3 } else { 6 },
         stride: STRIDE,
         share: 1.0,
         tolerance: 1e-3,
@@ -134,7 +151,7 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
         shared: false,
         revive: true,
     };
-    let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own);
+    let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own, care);
     // Both halves together, so that a start can be taken from the end of the shot before.
     let shots: Vec<Shot> = both.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &shots);
@@ -180,6 +197,7 @@ fn learn_own<'a>(
     shots: &[Shot],
     start: Point,
     effort: Effort,
+    care: Care,
 ) -> Fit {
     let data = Data {
         shots,
@@ -199,7 +217,7 @@ fn learn_own<'a>(
         })
         .collect();
     if phases.is_empty() {
-        return settle_and_run(&mut Fitter::new(predictor, h, &data, effort), start);
+        return settle_and_run(&mut Fitter::new(predictor, h, &data, effort), start, care);
     }
     debug_assert!(
         phases
@@ -239,14 +257,17 @@ fn learn_own<'a>(
     for &(run, i) in &phases {
         point.own[run][i] = best[run].1;
     }
-    settle_and_run(&mut Fitter::new(predictor, h, &data, effort), point)
+    settle_and_run(&mut Fitter::new(predictor, h, &data, effort), point, care)
 }
 
 /// Start states first, then with them what is a run's own; twice, since a shot that was lost at first is
 /// often found once the friction level is right.
-fn settle_and_run(fitter: &mut Fitter, start: Point) -> Fit {
+fn settle_and_run(fitter: &mut Fitter, start: Point, care: Care) -> Fit {
     let settled = fitter.settle(start);
     let first = fitter.run(settled.point);
+    if care == Care::Brief {
+        return first;
+    }
     let settled = fitter.settle(first.point);
     fitter.run(settled.point)
 }

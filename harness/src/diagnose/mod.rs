@@ -2,6 +2,7 @@
 
 pub mod candidate;
 pub mod conclude;
+pub mod contender;
 pub mod fit;
 pub mod hypothesis;
 pub mod judge;
@@ -11,6 +12,7 @@ pub mod predictor;
 pub mod replay;
 pub mod residual;
 pub mod scan;
+pub mod screen;
 pub mod search;
 pub mod select;
 pub mod session;

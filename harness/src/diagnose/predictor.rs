@@ -7,7 +7,7 @@ use crate::fmu::{Fmu, Instance};
 use crate::measurement::Run;
 
 /// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
-const TOLERANCE: f64 = 1e-7;
+const TOLERANCE: f64 = 1e-9;
 
 /// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
 const RUNAWAY: f64 = 5.0;

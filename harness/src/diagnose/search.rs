@@ -169,8 +169,8 @@ pub fn search(
     for start in starts {
         let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
         if data.quantile(&seen, 0.5) < FOUND {
-            let fit =
-                Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(seen.point);
+            let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb))
+                .run(seen.point);
             let found = data.quantile(&fit, 0.75) < FOUND;
             keep_better(&mut best, fit);
             if found {
@@ -180,12 +180,14 @@ pub fn search(
             looks.push(seen);
         }
     }
-    let found = best.as_ref().is_some_and(|b| data.quantile(b, 0.75) < FOUND);
+    let found = best
+        .as_ref()
+        .is_some_and(|b| data.quantile(b, 0.75) < FOUND);
     if !found {
         looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
         for look in looks.into_iter().take(depth.followed) {
-            let fit =
-                Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb)).run(look.point);
+            let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb))
+                .run(look.point);
             keep_better(&mut best, fit);
         }
     }
@@ -446,13 +448,16 @@ fn periodic_starts(
     };
     let mut lines = Vec::new();
     // A factor on friction shows in the smoothed force itself, however far the reference model is off.
-    if let (Some((amplitude, shape)), Some(argument)) = (scan::periodic(effect), scan::argument(effect))
+    if let (Some((amplitude, shape)), Some(argument)) =
+        (scan::periodic(effect), scan::argument(effect))
         && effect.parameters[amplitude].unit == "1"
     {
         let range = (effect.parameters[shape].min, effect.parameters[shape].max);
         lines = unexplained::lines(session, argument, range, FORCE_LINES);
     }
-    lines.extend(scan::lines(predictor, h, effect, data, from_base, STRIDE, LINES));
+    lines.extend(scan::lines(
+        predictor, h, effect, data, from_base, STRIDE, LINES,
+    ));
     for line in lines {
         for origin in [fresh, from_base] {
             let mut point = origin.clone();

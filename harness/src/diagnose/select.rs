@@ -1,34 +1,20 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
-use super::fit::{Data, Effort, Fitter};
+use super::contender::Contender;
+use super::fit::{Data, Fitter};
 use super::hypothesis::Choice;
-use super::judge::{self, Judgement};
-use super::knob::Knob;
+use super::judge::{self, Care, Judgement};
 use super::predictor::{Point, Predictor};
-use super::search::{self, BRIEF, THOROUGH, Trial, baseline, search, variants};
+use super::screen::Screen;
+use super::search::{self, BRIEF, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
-use std::sync::Mutex;
 
-/// Every how many-th pair of shots is used while candidates are compared.
-const SCREEN_EVERY: usize = 3;
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 3;
-/// A score above this many times that of a hypothesis at the noise floor rules another one out.
-const CLEARLY_WORSE: f64 = 1.5;
-/// A pair whose median error over the noise is below this after a brief search gets a thorough one.
-const PROMISING: f64 = 4.0;
-/// Contenders that are fitted further.
-const POLISHED: usize = 2;
-/// Jacobians for that.
-const POLISH: usize = 10;
-/// Effects added at most.
-pub const MOST_EFFECTS: usize = 2;
-/// A hypothesis explains the data if the median error is at most this many times the noise, ...
-pub const FLOOR_MEDIAN: f64 = 1.12;
-/// ... and so is the error of three shots in four.
-pub const FLOOR_QUARTILE: f64 = 1.45;
+/// Pairs that are listed, the best ones.
+pub const PAIRS_LISTED: usize = 5;
 
 /// Told what is being worked on.
 pub trait Watch: Sync {
@@ -36,54 +22,6 @@ pub trait Watch: Sync {
     fn step(&self, what: &str, done: usize, of: usize);
     /// Whether to stop at the next opportunity.
     fn stop(&self) -> bool;
-}
-
-/// A hypothesis with its fit and judgements.
-pub struct Contender {
-    /// Effects that are on.
-    pub choices: Vec<Choice>,
-    /// Hypothesis and fit.
-    pub trial: Trial,
-    /// On the runs fitted.
-    pub fit: Judgement,
-    /// On what was kept out.
-    pub holdout: Option<Judgement>,
-}
-
-impl Contender {
-    fn new(session: &Session, choices: Vec<Choice>, trial: Trial, shots: &[usize]) -> Self {
-        let fit = judge::of_fit(session, shots, &trial.fit);
-        Self {
-            choices,
-            trial,
-            fit,
-            holdout: None,
-        }
-    }
-
-    /// Number of parameters, those of the runs included.
-    pub fn size(&self) -> usize {
-        let free = |k: &&Knob| k.prior_std > 0.0;
-        self.trial.hypothesis.shared.iter().filter(free).count()
-            + self
-                .trial
-                .hypothesis
-                .own
-                .iter()
-                .flatten()
-                .filter(free)
-                .count()
-    }
-
-    /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.
-    pub fn score(&self, samples: f64) -> f64 {
-        self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
-    }
-
-    /// Whether the errors are down to the noise.
-    pub fn reaches_floor(&self) -> bool {
-        self.fit.quantile(0.5) <= FLOOR_MEDIAN && self.fit.quantile(0.75) <= FLOOR_QUARTILE
-    }
 }
 
 /// All that a selection found.
@@ -110,62 +48,62 @@ pub struct Selection {
 
 /// Compares the catalogue on a campaign.
 ///
+/// Every candidate is searched for briefly; only where none comes down to the noise, the search is
+/// repeated thoroughly for all, and then pairs are formed with the best.
+///
 /// # Errors
 /// An FMU that can't be run.
 pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> {
-    let indices = session.fit_shots(SCREEN_EVERY);
-    let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
-    let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
+    let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1);
-    let (as_given, as_given_holdout) = as_given(session, &indices, &shots)?;
-    let base = baseline(session, &shots)?;
-    let base_trial = Contender::new(session, Vec::new(), base, &indices);
+    let (as_given, as_given_holdout) = as_given(session, &screen)?;
+    let base = screen.calibrate()?;
     let list: Vec<Choice> = (0..session.catalogue.len())
         .flat_map(|e| variants(session, e))
         .collect();
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
-    let mut singles = compete(
-        session,
-        &jobs,
-        &[&base_trial],
-        &indices,
-        &shots,
-        samples,
-        watch,
-    )?;
-    singles.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
-    // The reference model gets another try from each of the best candidates' nuisances.
-    let calibrated = retry_baseline(session, base_trial, &singles, &indices, &shots)?;
-    if !calibrated.reaches_floor() {
-        polish(session, &mut singles, &indices, &shots, samples, watch)?;
+    let mut singles = screen.compete(&jobs, &base, BRIEF, watch)?;
+    let mut calibrated = screen.recalibrate(base, &singles)?;
+    let at_floor = |singles: &[Contender], calibrated: &Contender| {
+        calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor)
+    };
+    if !at_floor(&singles, &calibrated) {
+        screen.polish(&mut singles, watch)?;
     }
-    let enough =
-        calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor);
-    let mut pairs = Vec::new();
-    if !enough && !watch.stop() {
-        let leaders: Vec<&Contender> = singles.iter().take(PAIR_LEADERS).collect();
-        let mut jobs: Vec<Vec<Choice>> = Vec::new();
-        let mut bases = Vec::new();
-        for leader in &leaders {
-            for choice in &list {
-                let first = leader.choices[0].effect;
-                let twice = jobs.iter().any(|j| {
-                    j.len() == 2
-                        && j[0].effect == choice.effect
-                        && j[1].effect == first
-                        && j[0] == *choice
-                });
-                if choice.effect != first && !twice {
-                    jobs.push(vec![leader.choices[0].clone(), choice.clone()]);
-                    bases.push(*leader);
-                }
+    if !at_floor(&singles, &calibrated) && !watch.stop() {
+        let again = screen.compete(&jobs, &calibrated, THOROUGH, watch)?;
+        screen.keep_better(&mut singles, again);
+        calibrated = screen.recalibrate(calibrated, &singles)?;
+        screen.polish(&mut singles, watch)?;
+    }
+    let mut pairs: Vec<Contender> = Vec::new();
+    if !at_floor(&singles, &calibrated) {
+        for leader in singles.iter().take(PAIR_LEADERS) {
+            let first = &leader.choices[0];
+            let jobs: Vec<Vec<Choice>> = list
+                .iter()
+                .filter(|c| c.effect != first.effect)
+                .map(|c| vec![first.clone(), c.clone()])
+                .filter(|j| {
+                    !pairs
+                        .iter()
+                        .any(|p| p.choices[0] == j[1] && p.choices[1] == j[0])
+                })
+                .collect();
+            pairs.extend(screen.compete(&jobs, leader, BRIEF, watch)?);
+            screen.sort(&mut pairs);
+            screen.polish(&mut pairs, watch)?;
+            if watch.stop() || pairs.first().is_some_and(Contender::reaches_floor) {
+                break;
             }
         }
-        pairs = compete(session, &jobs, &bases, &indices, &shots, samples, watch)?;
-        pairs.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
-        polish(session, &mut pairs, &indices, &shots, samples, watch)?;
     }
     let stopped = watch.stop();
+    if !stopped {
+        watch.step("judging the candidates on the runs kept out", 0, 1);
+        judge_candidates(session, &mut singles, &mut pairs)?;
+    }
+    let samples = screen.samples;
     let mut path = Vec::new();
     let mut explained = calibrated.reaches_floor();
     if let Some(best) = pairs.first().filter(|p| p.reaches_floor()) {
@@ -196,22 +134,33 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     })
 }
 
+/// Judges every candidate that will be listed on the runs kept out, briefly.
+fn judge_candidates(
+    session: &Session,
+    singles: &mut [Contender],
+    pairs: &mut [Contender],
+) -> Result<(), Error> {
+    let listed = pairs.len().min(PAIRS_LISTED);
+    let mut all: Vec<&mut Contender> = singles.iter_mut().chain(&mut pairs[..listed]).collect();
+    let trials: Vec<&Trial> = all.iter().map(|c| &c.trial).collect();
+    let judgements = parallel(&trials, |trial| {
+        judge::held_out(session, trial, Care::Brief)
+    })?;
+    for (contender, judgement) in all.iter_mut().zip(judgements) {
+        contender.holdout = Some(judgement);
+    }
+    Ok(())
+}
+
 /// Adds the effects with these indices one after another, whether they help or not.
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub fn follow(
-    session: &Session,
-    effects: &[usize],
-    watch: &dyn Watch,
-) -> Result<Selection, Error> {
-    let indices = session.fit_shots(SCREEN_EVERY);
-    let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
-    let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
+pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result<Selection, Error> {
+    let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1 + effects.len());
-    let (as_given, as_given_holdout) = as_given(session, &indices, &shots)?;
-    let base = baseline(session, &shots)?;
-    let calibrated = Contender::new(session, Vec::new(), base, &indices);
+    let (as_given, as_given_holdout) = as_given(session, &screen)?;
+    let mut calibrated = screen.calibrate()?;
     let mut path: Vec<Contender> = Vec::new();
     for (done, &effect) in effects.iter().enumerate() {
         if watch.stop() {
@@ -219,13 +168,15 @@ pub fn follow(
         }
         watch.step(&session.catalogue[effect].id, 1 + done, 1 + effects.len());
         let base = path.last().unwrap_or(&calibrated);
-        let mut forms = parallel(&variants(session, effect), |choice| {
-            let mut choices = base.choices.clone();
-            choices.push(choice.clone());
-            let trial = search(session, &choices, &shots, &base.trial, THOROUGH)?;
-            Ok(Contender::new(session, choices, trial, &indices))
-        })?;
-        forms.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
+        let jobs: Vec<Vec<Choice>> = variants(session, effect)
+            .into_iter()
+            .map(|choice| base.choices.iter().cloned().chain([choice]).collect())
+            .collect();
+        let mut forms = screen.compete(&jobs, base, THOROUGH, &Silent(watch))?;
+        screen.polish(&mut forms, &Silent(watch))?;
+        if path.is_empty() {
+            calibrated = screen.recalibrate(calibrated, &forms)?;
+        }
         path.push(forms.swap_remove(0));
     }
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
@@ -236,32 +187,36 @@ pub fn follow(
         singles: Vec::new(),
         pairs: Vec::new(),
         explained,
-        samples,
+        samples: screen.samples,
         stopped: path.len() < effects.len(),
         path,
     })
 }
 
+/// Passes on whether to stop, and says nothing.
+struct Silent<'a>(&'a dyn Watch);
+
+impl Watch for Silent<'_> {
+    fn step(&self, _: &str, _: usize, _: usize) {}
+    fn stop(&self) -> bool {
+        self.0.stop()
+    }
+}
+
 /// The reference model with its nominal values.
-fn as_given(
-    session: &Session,
-    indices: &[usize],
-    shots: &[Shot],
-) -> Result<(Judgement, Judgement), Error> {
+fn as_given(session: &Session, screen: &Screen) -> Result<(Judgement, Judgement), Error> {
     let h = session.hypothesis(&[])?;
     let mut predictor =
         Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-    let effort = Effort {
-        knobs: false,
-        ..search::effort(5)
-    };
+    let effort = search::effort(5);
+    let shots = &screen.shots;
     let data = Data {
         shots,
         noise: &session.noise,
         weight: 1.0,
     };
-    let fit = Fitter::new(&mut predictor, &h, &data, effort).run(Point::centre(&h, shots));
-    let on_fit = judge::of_fit(session, indices, &fit);
+    let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, shots));
+    let on_fit = judge::of_fit(session, &screen.indices, &fit);
     let (_, test) = judge::held_out_shots(session);
     let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
     let data = Data {
@@ -269,159 +224,6 @@ fn as_given(
         noise: &session.noise,
         weight: 1.0,
     };
-    let fit = Fitter::new(&mut predictor, &h, &data, effort).run(Point::centre(&h, &test_shots));
+    let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, &test_shots));
     Ok((on_fit, judge::of_fit(session, &test, &fit)))
-}
-
-/// Fits many hypotheses in parallel, each from the base it extends.
-fn compete(
-    session: &Session,
-    jobs: &[Vec<Choice>],
-    bases: &[&Contender],
-    indices: &[usize],
-    shots: &[Shot],
-    samples: f64,
-    watch: &dyn Watch,
-) -> Result<Vec<Contender>, Error> {
-    // Score of the best hypothesis that is down to the noise.
-    let floor: Mutex<Option<f64>> = Mutex::new(None);
-    let done = Mutex::new(0usize);
-    let numbered: Vec<(usize, &Vec<Choice>)> = jobs.iter().enumerate().collect();
-    let results = parallel(&numbered, |(i, choices)| {
-        if watch.stop() {
-            return Ok(None);
-        }
-        let base = bases[if bases.len() == 1 { 0 } else { *i }];
-        let at_floor = || *floor.lock().unwrap_or_else(|e| e.into_inner());
-        let brief = choices.len() > 1 || at_floor().is_some();
-        let trial = search(
-            session,
-            choices,
-            shots,
-            &base.trial,
-            if brief { BRIEF } else { THOROUGH },
-        )?;
-        let mut contender = Contender::new(session, (*choices).clone(), trial, indices);
-        // A brief search rules a hypothesis out only by far; near the best it is done again thoroughly.
-        let near = at_floor().is_none_or(|best| contender.score(samples) < CLEARLY_WORSE * best);
-        if brief && near && (choices.len() == 1 || contender.fit.quantile(0.5) < PROMISING) {
-            let again = search(session, choices, shots, &base.trial, THOROUGH)?;
-            let again = Contender::new(session, (*choices).clone(), again, indices);
-            if again.score(samples) < contender.score(samples) {
-                contender = again;
-            }
-        }
-        if contender.reaches_floor() {
-            let mut best = floor.lock().unwrap_or_else(|e| e.into_inner());
-            let score = contender.score(samples);
-            *best = Some(best.map_or(score, |b| b.min(score)));
-        }
-        let mut done = done.lock().unwrap_or_else(|e| e.into_inner());
-        *done += 1;
-        watch.step(&name(session, choices), *done, jobs.len());
-        Ok(Some(contender))
-    })?;
-    Ok(results.into_iter().flatten().collect())
-}
-
-/// Fits the best contenders further as long as they are near the noise but not down to it.
-fn polish(
-    session: &Session,
-    contenders: &mut [Contender],
-    indices: &[usize],
-    shots: &[Shot],
-    samples: f64,
-    watch: &dyn Watch,
-) -> Result<(), Error> {
-    let wanted: Vec<usize> = (0..contenders.len().min(POLISHED))
-        .filter(|&i| contenders[i].fit.quantile(0.5) < PROMISING && !contenders[i].reaches_floor())
-        .collect();
-    if wanted.is_empty() || contenders[0].reaches_floor() || watch.stop() {
-        return Ok(());
-    }
-    watch.step("fitting the best candidates further", 0, 1);
-    let polished = parallel(&wanted, |&i| {
-        let old = &contenders[i];
-        let h = session.hypothesis(&old.choices)?;
-        let mut predictor =
-            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-        let data = Data {
-            shots,
-            noise: &session.noise,
-            weight: 1.0,
-        };
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(POLISH));
-        let settled = fitter.settle(old.trial.fit.point.clone());
-        let fit = fitter.run(settled.point);
-        let simulations = old.trial.simulations + predictor.count;
-        let trial = Trial {
-            hypothesis: h,
-            fit,
-            simulations,
-        };
-        Ok(Contender::new(session, old.choices.clone(), trial, indices))
-    })?;
-    for (i, new) in wanted.into_iter().zip(polished) {
-        if new.score(samples) < contenders[i].score(samples) {
-            contenders[i] = new;
-        }
-    }
-    contenders.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
-    Ok(())
-}
-
-/// The name of a hypothesis.
-pub fn name(session: &Session, choices: &[Choice]) -> String {
-    choices
-        .iter()
-        .map(|c| session.catalogue[c.effect].id.as_str())
-        .collect::<Vec<_>>()
-        .join(" + ")
-}
-
-/// Restarts the reference model from the best candidates' optima with their effects switched off.
-fn retry_baseline(
-    session: &Session,
-    base: Contender,
-    singles: &[Contender],
-    indices: &[usize],
-    shots: &[Shot],
-) -> Result<Contender, Error> {
-    let mut best = base;
-    for single in singles.iter().take(2) {
-        let h = session.hypothesis(&[])?;
-        let mut predictor =
-            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-        let data = Data {
-            shots,
-            noise: &session.noise,
-            weight: 1.0,
-        };
-        let mut start = Point::centre(&h, shots);
-        let from = &single.trial.fit.point;
-        start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
-        for (own, theirs) in start.own.iter_mut().zip(&from.own) {
-            let count = own.len();
-            own.copy_from_slice(&theirs[..count]);
-        }
-        for (state, theirs) in start.states.iter_mut().zip(&from.states) {
-            let count = state.len();
-            state.copy_from_slice(&theirs[..count]);
-        }
-        start.stuck.clone_from(&from.stuck);
-        let fit = Fitter::new(&mut predictor, &h, &data, search::effort(8)).run(start);
-        if fit.trimmed < best.fit.trimmed {
-            best = Contender::new(
-                session,
-                Vec::new(),
-                Trial {
-                    hypothesis: h,
-                    fit,
-                    simulations: 0,
-                },
-                indices,
-            );
-        }
-    }
-    Ok(best)
 }

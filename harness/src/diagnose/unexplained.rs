@@ -80,7 +80,11 @@ fn of_run(session: &Session, r: usize) -> Vec<SlipSample> {
     let h = smoothed.sample_interval;
     let belt = session.campaign.runs[r].belt_velocity;
     let mut out = Vec::new();
-    for phase in stick_slip.phases.iter().filter(|p| p.mode != PhaseMode::Stick) {
+    for phase in stick_slip
+        .phases
+        .iter()
+        .filter(|p| p.mode != PhaseMode::Stick)
+    {
         for k in phase.first..phase.past {
             let time = k as f64 * h;
             if time > phase.start + CLEAR && time < phase.end - CLEAR {
@@ -99,12 +103,7 @@ fn of_run(session: &Session, r: usize) -> Vec<SlipSample> {
 
 /// The strongest lines of what remains, with amplitude relative to the expected force and a phase for
 /// each run.
-pub fn lines(
-    session: &Session,
-    argument: Argument,
-    range: (f64, f64),
-    most: usize,
-) -> Vec<Line> {
+pub fn lines(session: &Session, argument: Argument, range: (f64, f64), most: usize) -> Vec<Line> {
     let runs: Vec<Vec<SlipSample>> = slip_samples(session)
         .into_iter()
         .map(|samples| {
@@ -161,9 +160,7 @@ pub fn lines(
             phase[r] = fit.phase;
             // What this line explains is taken away, or its neighbours would be the next lines.
             for (s, rest) in runs[r].iter().zip(&mut rests[r]) {
-                *rest -= s.expected
-                    * fit.amplitude
-                    * (TAU * wave * place(s) + fit.phase).cos();
+                *rest -= s.expected * fit.amplitude * (TAU * wave * place(s) + fit.phase).cos();
             }
         }
         found.push(Line {

@@ -2,8 +2,8 @@
 
 use super::Material;
 use crate::diagnose::conclude::NULL_GAIN;
+use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, name};
 use crate::diagnose::outcome::Verdict;
-use crate::diagnose::select::{Contender, FLOOR_MEDIAN, name};
 use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
 
 /// Candidates that the pictures show.

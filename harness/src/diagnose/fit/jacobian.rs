@@ -146,7 +146,6 @@ impl Fitter<'_, '_> {
             knobs,
         }
     }
-
 }
 
 /// Keeps difference quotients in the linear range: the response should be a fraction of the noise.
@@ -164,7 +163,6 @@ fn towards_inside(knob: &Knob, at: f64, step: f64) -> f64 {
         -step
     }
 }
-
 
 /// Broyden's rank-one update after a step (Broyden 1965, method 1), with each direction measured by the
 /// response that it has: `J += (dy - J dx) (D dx)' D / |D dx|^2`, D the norms of the columns of J. Shots that
@@ -201,7 +199,10 @@ pub(super) fn update(
         );
         let mut error = DVector::from_iterator(
             after.len(),
-            l.residual.iter().zip(after).map(|(before, after)| before - after),
+            l.residual
+                .iter()
+                .zip(after)
+                .map(|(before, after)| before - after),
         );
         error -= &l.states * &states + &l.knobs * &knobs;
         let weights = |matrix: &DMatrix<f64>, step: &DVector<f64>| -> Vec<f64> {
@@ -210,7 +211,11 @@ pub(super) fn update(
                 .collect()
         };
         let (by_state, by_knob) = (weights(&l.states, &states), weights(&l.knobs, &knobs));
-        let length: f64 = by_state.iter().zip(&states).map(|(w, d)| w * d).sum::<f64>()
+        let length: f64 = by_state
+            .iter()
+            .zip(&states)
+            .map(|(w, d)| w * d)
+            .sum::<f64>()
             + by_knob.iter().zip(&knobs).map(|(w, d)| w * d).sum::<f64>();
         if length > 0.0 {
             for (i, w) in by_state.iter().enumerate() {

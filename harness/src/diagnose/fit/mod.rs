@@ -346,10 +346,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut next = self.evaluate(trial);
         for k in 0..next.sums.len() {
             if next.sums[k] > LOST * old.sums[k] {
-                let new = std::mem::replace(
-                    &mut next.point.states[k],
-                    old.point.states[k].clone(),
-                );
+                let new = std::mem::replace(&mut next.point.states[k], old.point.states[k].clone());
                 let residual = self.residual(k, &next.point);
                 let sum = sum_of_squares(&residual);
                 if sum < next.sums[k] {

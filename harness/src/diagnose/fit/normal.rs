@@ -235,7 +235,10 @@ fn scaled_solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f
 }
 
 /// Inverse of a symmetric positive matrix, scaled to a unit diagonal and damped.
-pub(in crate::diagnose) fn scaled_inverse(matrix: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
+pub(in crate::diagnose) fn scaled_inverse(
+    matrix: &DMatrix<f64>,
+    damping: f64,
+) -> Option<DMatrix<f64>> {
     let scale = scaling(matrix);
     let inverse = scaled(matrix, &scale, damping).cholesky()?.inverse();
     Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {

@@ -122,7 +122,10 @@ impl Fitter<'_, '_> {
                 && ratio(self, k - 1, sums[k - 1]) < limit
             {
                 let _ = self.sum(k - 1, point);
-                if let Ok(start) = self.predictor.carry_on(shot, &point.shared, &point.own[shot.run]) {
+                if let Ok(start) =
+                    self.predictor
+                        .carry_on(shot, &point.shared, &point.own[shot.run])
+                {
                     starts.push(start);
                 }
             }

@@ -1,0 +1,70 @@
+//! A hypothesis with its fit, and how it fares beside others.
+
+use super::hypothesis::Choice;
+use super::judge::{self, Judgement};
+use super::knob::Knob;
+use super::search::Trial;
+use super::session::Session;
+
+/// A hypothesis explains the data if the median error is at most this many times the noise, ...
+pub const FLOOR_MEDIAN: f64 = 1.12;
+/// ... and so is the error of three shots in four.
+pub const FLOOR_QUARTILE: f64 = 1.45;
+
+/// A hypothesis with its fit and judgements.
+pub struct Contender {
+    /// Effects that are on.
+    pub choices: Vec<Choice>,
+    /// Hypothesis and fit.
+    pub trial: Trial,
+    /// On the runs fitted.
+    pub fit: Judgement,
+    /// On what was kept out.
+    pub holdout: Option<Judgement>,
+}
+
+impl Contender {
+    /// A contender whose fit is judged on the shots fitted.
+    pub fn new(session: &Session, choices: Vec<Choice>, trial: Trial, shots: &[usize]) -> Self {
+        let fit = judge::of_fit(session, shots, &trial.fit);
+        Self {
+            choices,
+            trial,
+            fit,
+            holdout: None,
+        }
+    }
+
+    /// Number of parameters, those of the runs included.
+    pub fn size(&self) -> usize {
+        let free = |k: &&Knob| k.prior_std > 0.0;
+        self.trial.hypothesis.shared.iter().filter(free).count()
+            + self
+                .trial
+                .hypothesis
+                .own
+                .iter()
+                .flatten()
+                .filter(free)
+                .count()
+    }
+
+    /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.
+    pub fn score(&self, samples: f64) -> f64 {
+        self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
+    }
+
+    /// Whether the errors are down to the noise.
+    pub fn reaches_floor(&self) -> bool {
+        self.fit.quantile(0.5) <= FLOOR_MEDIAN && self.fit.quantile(0.75) <= FLOOR_QUARTILE
+    }
+}
+
+/// The name of a hypothesis: its effects.
+pub fn name(session: &Session, choices: &[Choice]) -> String {
+    choices
+        .iter()
+        .map(|c| session.catalogue[c.effect].id.as_str())
+        .collect::<Vec<_>>()
+        .join(" + ")
+}

@@ -1,0 +1,193 @@
+//! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
+
+use super::contender::{Contender, name};
+use super::fit::{Data, Fitter};
+use super::hypothesis::Choice;
+use super::predictor::{Point, Predictor};
+use super::search::{self, Depth, Trial, baseline, search};
+use super::select::Watch;
+use super::session::{Session, parallel};
+use super::shot::Shot;
+use crate::error::Error;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Every how many-th group of shots is used while candidates are compared.
+const SCREEN_EVERY: usize = 3;
+/// A contender whose median error over the noise is below this is worth fitting further.
+const PROMISING: f64 = 4.0;
+/// Contenders that are fitted further.
+const POLISHED: usize = 2;
+/// Jacobians for that.
+const POLISH: usize = 10;
+/// Candidates from whose optimum the reference model is fitted again.
+const RETRIES: usize = 2;
+/// Jacobians for that.
+const RETRY: usize = 8;
+
+/// Shots on which hypotheses are compared.
+pub struct Screen<'a> {
+    session: &'a Session<'a>,
+    /// Their indices.
+    pub indices: Vec<usize>,
+    /// The shots themselves.
+    pub shots: Vec<Shot>,
+    /// Number of samples used in them.
+    pub samples: f64,
+}
+
+impl<'a> Screen<'a> {
+    /// Some of the shots of every run that is fitted.
+    pub fn new(session: &'a Session<'a>) -> Self {
+        let indices = session.fit_shots(SCREEN_EVERY);
+        let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
+        let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
+        Self {
+            session,
+            indices,
+            shots,
+            samples,
+        }
+    }
+
+    fn data(&self) -> Data<'_> {
+        Data {
+            shots: &self.shots,
+            noise: &self.session.noise,
+            weight: 1.0,
+        }
+    }
+
+    fn contender(&self, choices: Vec<Choice>, trial: Trial) -> Contender {
+        Contender::new(self.session, choices, trial, &self.indices)
+    }
+
+    /// Best first.
+    pub fn sort(&self, contenders: &mut [Contender]) {
+        contenders.sort_by(|a, b| a.score(self.samples).total_cmp(&b.score(self.samples)));
+    }
+
+    /// The reference model, fitted.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn calibrate(&self) -> Result<Contender, Error> {
+        Ok(self.contender(Vec::new(), baseline(self.session, &self.shots)?))
+    }
+
+    /// Fits many hypotheses in parallel, each the base with one effect more; best first.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn compete(
+        &self,
+        jobs: &[Vec<Choice>],
+        base: &Contender,
+        depth: Depth,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Contender>, Error> {
+        let done = AtomicUsize::new(0);
+        let results = parallel(jobs, |choices| {
+            if watch.stop() {
+                return Ok(None);
+            }
+            let trial = search(self.session, choices, &self.shots, &base.trial, depth)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            watch.step(&name(self.session, choices), done, jobs.len());
+            Ok(Some(self.contender(choices.clone(), trial)))
+        })?;
+        let mut contenders: Vec<Contender> = results.into_iter().flatten().collect();
+        self.sort(&mut contenders);
+        Ok(contenders)
+    }
+
+    /// Keeps for each hypothesis the better of two fits.
+    pub fn keep_better(&self, contenders: &mut Vec<Contender>, others: Vec<Contender>) {
+        for other in others {
+            match contenders.iter_mut().find(|c| c.choices == other.choices) {
+                Some(mine) if other.score(self.samples) < mine.score(self.samples) => *mine = other,
+                Some(_) => {}
+                None => contenders.push(other),
+            }
+        }
+        self.sort(contenders);
+    }
+
+    /// Fits the best contenders further as long as they are near the noise but not down to it.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn polish(&self, contenders: &mut [Contender], watch: &dyn Watch) -> Result<(), Error> {
+        let wanted: Vec<usize> = (0..contenders.len().min(POLISHED))
+            .filter(|&i| {
+                contenders[i].fit.quantile(0.5) < PROMISING && !contenders[i].reaches_floor()
+            })
+            .collect();
+        if wanted.is_empty() || contenders[0].reaches_floor() || watch.stop() {
+            return Ok(());
+        }
+        watch.step("fitting the best candidates further", 0, 1);
+        let polished = parallel(&wanted, |&i| {
+            let old = &contenders[i];
+            let start = old.trial.fit.point.clone();
+            let mut trial = self.refit(&old.choices, start, POLISH)?;
+            trial.simulations += old.trial.simulations;
+            Ok(self.contender(old.choices.clone(), trial))
+        })?;
+        for (i, new) in wanted.into_iter().zip(polished) {
+            if new.score(self.samples) < contenders[i].score(self.samples) {
+                contenders[i] = new;
+            }
+        }
+        self.sort(contenders);
+        Ok(())
+    }
+
+    /// Fits the reference model again from the best candidates' optima with their effects switched off, so
+    /// that it is not left behind in a worse minimum than they.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn recalibrate(&self, base: Contender, singles: &[Contender]) -> Result<Contender, Error> {
+        let leaders: Vec<&Contender> = singles.iter().take(RETRIES).collect();
+        let retried = parallel(&leaders, |single| {
+            let h = self.session.hypothesis(&[])?;
+            let mut start = Point::centre(&h, &self.shots);
+            let from = &single.trial.fit.point;
+            start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
+            for (own, theirs) in start.own.iter_mut().zip(&from.own) {
+                let count = own.len();
+                own.copy_from_slice(&theirs[..count]);
+            }
+            for (state, theirs) in start.states.iter_mut().zip(&from.states) {
+                let count = state.len();
+                state.copy_from_slice(&theirs[..count]);
+            }
+            start.stuck.clone_from(&from.stuck);
+            Ok(self.contender(Vec::new(), self.refit(&[], start, RETRY)?))
+        })?;
+        let mut best = base;
+        for retry in retried {
+            if retry.fit.trimmed < best.fit.trimmed {
+                best = retry;
+            }
+        }
+        Ok(best)
+    }
+
+    fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
+        let session = self.session;
+        let h = session.hypothesis(choices)?;
+        let mut predictor =
+            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+        let data = self.data();
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(iterations));
+        let settled = fitter.settle(start);
+        let fit = fitter.run(settled.point);
+        let simulations = predictor.count;
+        Ok(Trial {
+            hypothesis: h,
+            fit,
+            simulations,
+        })
+    }
+}
