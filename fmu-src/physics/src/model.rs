@@ -1,11 +1,14 @@
 //! Beam + belt + contact + enabled effects: rates, constraint force and static limit at one instant.
 
+pub mod series;
+
 use crate::beam::{Beam, MAX_MODES};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion, StateVariable};
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
+use crate::friction::series::ExponentialSum;
 use crate::integrate::{MAX_STATES, State};
 use crate::parameters::ModelParameters;
 use std::sync::Arc;
@@ -17,6 +20,8 @@ struct Enabled {
     states: &'static [StateVariable],
     effect: Box<dyn Effect>,
     first_state: usize,
+    /// First of the effect's registers in power series.
+    first_register: usize,
     /// States inside the modal block are integrated as modes, not by the effect.
     is_mode: bool,
 }
@@ -34,6 +39,10 @@ pub struct Model {
     mode_count: usize,
     mobility: f64,
     friction: FrictionLaw,
+    /// The law again, where slip can be expanded in power series.
+    exponential_sum: Option<ExponentialSum>,
+    /// Unit in s of the normalised time of power series.
+    series_unit: f64,
     level: f64,
     static_coefficient: f64,
     sensor_offset: f64,
@@ -106,6 +115,7 @@ impl Model {
                     states: entry.states,
                     effect,
                     first_state: 2 * before,
+                    first_register: 0,
                     is_mode,
                 });
             }
@@ -123,6 +133,7 @@ impl Model {
                 states: user.states(),
                 effect: Box::new(user.compile()?),
                 first_state: 0,
+                first_register: 0,
                 is_mode: false,
             });
         }
@@ -149,6 +160,8 @@ impl Model {
             mode_count: beam.modes().len(),
             mobility: beam.tip_mobility(),
             friction: parameters.friction,
+            exponential_sum: series::exponential_sum(&parameters.friction, &mut effects),
+            series_unit: 0.0,
             level,
             static_coefficient: parameters.friction.static_coefficient(),
             sensor_offset: parameters.sensor_offset,
@@ -169,6 +182,7 @@ impl Model {
             model.tip_value[j] = mode.tip_value;
             model.gain[j] = mode.tip_value / mode.mass;
         }
+        model.series_unit = 1.0 / model.highest_frequency();
         Ok(model)
     }
 

@@ -1,5 +1,6 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
+mod expanded;
 pub mod snapshot;
 
 use crate::belt::Inputs;
@@ -345,11 +346,10 @@ impl Simulation {
     /// Prepares the integrator for the mode at the front.
     fn begin_piece(&mut self) {
         if self.front_mode != ContactMode::Stuck {
-            let system = InMode {
-                model: &self.model,
-                mode: self.front_mode,
-            };
-            self.stepper.restart(&system, self.front, &self.front_state);
+            // A series needs nothing but the state.
+            if !self.model.has_series() {
+                self.restart_stepper();
+            }
         } else if !self.model.is_linear_in_stick() {
             let system = InMode {
                 model: &self.model,
@@ -358,6 +358,15 @@ impl Simulation {
             self.stepper.next_length = self.first_slip_step;
             self.stepper.restart(&system, self.front, &self.front_state);
         }
+    }
+
+    /// Sets the step-by-step integrator on the front state.
+    fn restart_stepper(&mut self) {
+        let system = InMode {
+            model: &self.model,
+            mode: self.front_mode,
+        };
+        self.stepper.restart(&system, self.front, &self.front_state);
     }
 
     /// Whether v_r is zero to rounding.
@@ -515,7 +524,11 @@ impl Simulation {
         let (t, x, mode) = (self.front, self.front_state, self.front_mode);
         self.segment_mode = mode;
         let done = if mode != ContactMode::Stuck {
-            self.slip_segment(false)
+            if self.model.has_series() {
+                self.expanded_slip(false)
+            } else {
+                self.slip_segment(false)
+            }
         } else {
             self.stick_segment()
         };
@@ -664,7 +677,7 @@ impl Simulation {
         (gap, degree)
     }
 
-    /// Ends the segment where v_r = 0 and decides how the motion goes on.
+    /// Locates v_r = 0 near `theta` on the step itself and ends the segment there.
     fn arrive(&mut self, theta: f64, sign: f64) -> Result<(), PhysicsError> {
         let mode = self.front_mode;
         let system = InMode {
@@ -688,8 +701,13 @@ impl Simulation {
             h += correction;
         }
         self.stepper.retake(&system, h);
-        let t = start + h;
-        let mut x = self.stepper.x_end;
+        self.land(start + h, self.stepper.x_end, sign);
+        Ok(())
+    }
+
+    /// Ends the segment at time `t` in state `x`, where v_r = 0, and decides how the motion goes on.
+    fn land(&mut self, t: f64, mut x: State, sign: f64) {
+        let mode = self.front_mode;
         self.segment.end = t;
         if self.model.has_memory() {
             self.front_mode = ContactMode::slip_towards(-sign);
@@ -716,7 +734,6 @@ impl Simulation {
             .min(self.segment.length)
             .max(self.first_slip_step);
         self.begin_piece();
-        Ok(())
     }
 
     /// Reads off the linear equations of stick.

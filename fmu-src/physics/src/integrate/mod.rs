@@ -4,6 +4,8 @@ pub mod dop853;
 mod dop853_coefficients;
 pub mod linear;
 pub mod roots;
+pub mod series;
+pub mod taylor;
 
 /// Most states a model may have; a multiple of [`LANES`].
 pub const MAX_STATES: usize = 24;

@@ -1,0 +1,97 @@
+//! Arithmetic of truncated power series, one coefficient after the other.
+//!
+//! A series `f(theta) = sum f_k theta^k` is the list of its coefficients. Each function gives the
+//! coefficient of one power from those below it, so that the solution of a differential equation can
+//! be expanded as it goes (Moore 1966, ch. 11; Jorba and Zou 2005, Experimental Mathematics 14:99, sect. 2.1).
+
+use super::MAX_DEGREE;
+
+/// Coefficients, power by power.
+pub type Series = [f64; MAX_DEGREE + 1];
+
+/// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
+#[inline]
+pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
+    let (a, b) = (&a[..=k], &b[..=k]);
+    a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()
+}
+
+/// Coefficient `k >= 1` of a function `f` of the series `u` with `f' = g u'`, where `g` is known up to
+/// power `k - 1`: `sum i u_i g_(k-i) / k`. The exponential has `g = f`, the sine `g` = cosine.
+#[inline]
+pub fn chained(g: &Series, u: &Series, k: usize) -> f64 {
+    let sum: f64 = (1..=k).map(|i| i as f64 * u[i] * g[k - i]).sum();
+    sum / k as f64
+}
+
+/// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
+#[inline]
+pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
+    let known: f64 = (1..=k).map(|i| b[i] * quotient[k - i]).sum();
+    (a - known) / b[0]
+}
+
+/// Whether the series up to `degree` certainly keeps its sign on `[0, theta]`; a series that is zero
+/// throughout does.
+///
+/// Its linear part is farther from zero at both ends than the sum of all further magnitudes.
+pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
+    let end = f[0] + f[1] * theta;
+    f[0] * end >= 0.0 && f[0].abs().min(end.abs()) >= magnitude_above(f, 2, degree, theta)
+}
+
+/// Sum of the magnitudes of the terms from power `first` to `degree` at `theta >= 0`.
+#[inline]
+pub fn magnitude_above(f: &Series, first: usize, degree: usize, theta: f64) -> f64 {
+    let sum = f[first..=degree]
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| sum * theta + c.abs());
+    (0..first).fold(sum, |sum, _| sum * theta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn exponential(rate: f64) -> Series {
+        let mut f = [0.0; MAX_DEGREE + 1];
+        f[0] = 1.0;
+        for k in 1..=MAX_DEGREE {
+            f[k] = f[k - 1] * rate / k as f64;
+        }
+        f
+    }
+
+    #[test]
+    fn val_exponentials_multiply_divide_and_chain() {
+        // Source: exp(a t) exp(b t) = exp((a + b) t).
+        let (a, b, both) = (exponential(1.5), exponential(-0.4), exponential(1.1));
+        let (mut ratio, mut anew) = ([0.0; MAX_DEGREE + 1], [0.0; MAX_DEGREE + 1]);
+        let mut exponent = [0.0; MAX_DEGREE + 1];
+        exponent[1] = 1.1;
+        anew[0] = 1.0;
+        for k in 0..=MAX_DEGREE {
+            assert_relative_eq!(product(&a, &b, k), both[k], max_relative = 1e-12);
+            ratio[k] = quotient(both[k], &b, &ratio, k);
+            assert_relative_eq!(ratio[k], a[k], max_relative = 1e-9);
+            if k > 0 {
+                anew[k] = chained(&anew, &exponent, k);
+            }
+            assert_relative_eq!(anew[k], both[k], max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_sign_is_kept_only_where_it_is_certain() {
+        let mut f = [0.0; MAX_DEGREE + 1];
+        assert!(keeps_sign(&f, 3, 1.0));
+        f[0] = -1.0;
+        f[2] = 0.5;
+        assert!(keeps_sign(&f, 3, 1.0));
+        assert!(!keeps_sign(&f, 3, 2.0));
+        f[1] = 1.2;
+        assert!(!keeps_sign(&f, 3, 1.0));
+    }
+}
