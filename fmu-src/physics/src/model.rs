@@ -274,6 +274,9 @@ impl Model {
 
     /// The first effect that can't be evaluated at this instant.
     pub fn fault(&self, t: f64, x: &State, mode: ContactMode) -> Option<PhysicsError> {
+        if self.effects.is_empty() {
+            return None;
+        }
         let m = self.motion(t, x, mode);
         self.effects.iter().find_map(|e| e.effect.fault(&m))
     }
@@ -342,6 +345,9 @@ impl Model {
 
     /// Largest friction force in N that stick can carry.
     pub fn static_limit(&self, t: f64, x: &State) -> f64 {
+        if self.effects.is_empty() {
+            return self.static_coefficient * self.level * self.inputs.normal_force_at(t);
+        }
         let m = self.kinematics(t, x, ContactMode::Stuck).motion;
         let mut factor = self.friction_factor(&m);
         for e in self.effects.iter() {

@@ -1,7 +1,7 @@
 //! The friction laws that are sums of exponentials, and their power series along a motion.
 
 use super::FrictionLaw;
-use crate::integrate::series::Series;
+use crate::integrate::series::{RECIPROCAL, Series, product};
 use crate::integrate::{LANES, MAX_DEGREE};
 
 /// `mu(v) = constant + linear v + sum weight_i exp(-rate_i a)` with `a = v` or `a = v^2`.
@@ -73,8 +73,12 @@ pub struct CoefficientSeries<'a> {
     speed: Series,
     /// `k a_k` of the exponent's variable a.
     slope: Series,
-    /// The exponentials, power by power.
+    /// The weighted exponentials, power by power.
     terms: [[f64; LANES]; MAX_DEGREE + 1],
+    /// Their derivatives by a at the start.
+    direct: [f64; LANES],
+    /// The sum of these.
+    stiffness: f64,
 }
 
 impl<'a> CoefficientSeries<'a> {
@@ -85,6 +89,8 @@ impl<'a> CoefficientSeries<'a> {
             speed: [0.0; MAX_DEGREE + 1],
             slope: [0.0; MAX_DEGREE + 1],
             terms: [[0.0; LANES]; MAX_DEGREE + 1],
+            direct: [0.0; LANES],
+            stiffness: 0.0,
         }
     }
 
@@ -92,55 +98,57 @@ impl<'a> CoefficientSeries<'a> {
     #[inline]
     pub fn next(&mut self, k: usize, speed: f64) -> f64 {
         let law = self.law;
-        let mut mu = law.linear * speed;
-        if k == 0 {
-            mu += law.constant;
-        }
         if law.count == 0 {
-            return mu;
+            return law.linear * speed + if k == 0 { law.constant } else { 0.0 };
         }
         let argument = if law.squared {
             self.speed[k] = speed;
-            crate::integrate::series::product(&self.speed, &self.speed, k)
+            product(&self.speed, &self.speed, k)
         } else {
             speed
         };
-        let mut term = [0.0; LANES];
         if k == 0 {
+            let mut mu = law.constant + law.linear * speed;
             for i in 0..law.count {
-                term[i] = (-law.rate[i] * argument).exp();
+                let term = law.weight[i] * (-law.rate[i] * argument).exp();
+                self.terms[0][i] = term;
+                self.direct[i] = -law.rate[i] * term;
+                self.stiffness += self.direct[i];
+                mu += term;
             }
-        } else {
-            self.slope[k] = k as f64 * argument;
-            term = self.chained(k);
+            return mu;
         }
-        self.terms[k] = term;
-        for i in 0..LANES {
-            mu += law.weight[i] * term[i];
+        // e' = -rate a' e: what a_k itself brings apart, as the one part that has to wait for it.
+        let known = self.known(k);
+        self.slope[k] = k as f64 * argument;
+        for lane in 0..LANES {
+            self.terms[k][lane] = self.direct[lane] * argument + known[lane];
         }
-        mu
+        let sum = (known[0] + known[1]) + (known[2] + known[3]) + law.linear * speed;
+        self.stiffness * argument + sum
     }
 
-    /// `e' = -rate a' e`, power `k` for all exponentials at once.
+    /// What the coefficients below `k` contribute to those of power `k` of the exponentials:
+    /// `-rate sum i a_i e_(k-i) / k` over i = 1 .. k-1.
     ///
     /// The sum runs from its middle outwards, so that what was found last is needed last.
     #[inline]
-    fn chained(&self, k: usize) -> [f64; LANES] {
-        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+    fn known(&self, k: usize) -> [f64; LANES] {
         let middle = k / 2;
-        for i in (1..=middle).rev() {
-            let e = &self.terms[k - i];
+        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+        let inner = self.slope[1..=middle].iter().rev();
+        for (slope, e) in inner.zip(&self.terms[k - middle..k]) {
             for lane in 0..LANES {
-                low[lane] += self.slope[i] * e[lane];
+                low[lane] += slope * e[lane];
             }
         }
-        for i in middle + 1..=k {
-            let e = &self.terms[k - i];
+        let outer = self.slope[middle + 1..].iter();
+        for (slope, e) in outer.zip(self.terms[1..k - middle].iter().rev()) {
             for lane in 0..LANES {
-                high[lane] += self.slope[i] * e[lane];
+                high[lane] += slope * e[lane];
             }
         }
-        let share = -1.0 / k as f64;
+        let share = -RECIPROCAL[k];
         std::array::from_fn(|lane| share * self.law.rate[lane] * (low[lane] + high[lane]))
     }
 }

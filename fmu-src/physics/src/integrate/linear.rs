@@ -3,6 +3,7 @@
 //! The Taylor series of the matrix exponential's action: its terms follow from one another by one
 //! product with A, and it converges everywhere, so that the step is limited only by rounding.
 
+use super::series::Series;
 use super::{LANES, MAX_DEGREE, MAX_STATES, Segment, State, System};
 
 /// Degree at which the series is cut.
@@ -20,10 +21,36 @@ pub struct LinearSystem {
     constant: State,
     /// Step in s for which the cut series is exact to rounding.
     step: f64,
+    /// The state after one step: columns of the matrix exponential, and what starts from zero.
+    end_columns: Vec<State>,
+    end_constant: State,
+}
+
+/// A quantity that is linear in the state, `offset + row x`, as a polynomial over one step.
+#[derive(Clone)]
+pub struct LinearOutput {
+    /// Coefficients per state.
+    columns: Vec<Series>,
+    constant: Series,
+}
+
+impl LinearOutput {
+    /// The polynomial over the step that starts from `x`.
+    #[inline]
+    pub fn polynomial(&self, x: &State) -> Series {
+        let mut sum = self.constant;
+        for (column, value) in self.columns.iter().zip(x) {
+            for (s, c) in sum.iter_mut().zip(column) {
+                *s += c * value;
+            }
+        }
+        sum
+    }
 }
 
 impl LinearSystem {
-    /// Every coefficient, in a fixed order, for saving and restoring.
+    /// Every coefficient, in a fixed order, for saving and restoring; after a change
+    /// [`LinearSystem::prepare`] is due.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
         self.columns
             .iter_mut()
@@ -51,22 +78,83 @@ impl LinearSystem {
                 rates
             })
             .collect();
-        Self {
+        let mut system = Self {
             dimension,
             columns,
             constant,
             step: REACH / frequency,
+            end_columns: vec![[0.0; MAX_STATES]; dimension],
+            end_constant: [0.0; MAX_STATES],
+        };
+        system.prepare();
+        system
+    }
+
+    /// Works out what one step does.
+    pub fn prepare(&mut self) {
+        let mut motion = Segment::point(0.0, &[0.0; MAX_STATES], self.dimension);
+        let mut constant = [0.0; MAX_STATES];
+        self.segment(0.0, &constant.clone(), &mut motion);
+        motion.state_at(1.0, &mut constant);
+        self.end_constant = constant;
+        for i in 0..self.dimension {
+            self.from_unit(i, &mut motion);
+            motion.state_at(1.0, &mut self.end_columns[i]);
         }
     }
 
-    /// The motion from state `x` at time `t` as a segment of one step.
-    pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
+    /// The motion without the constant from state 1 in place `i` and 0 elsewhere.
+    fn from_unit(&self, i: usize, motion: &mut Segment) {
+        let mut unit = [0.0; MAX_STATES];
+        unit[i] = 1.0;
+        let free = Self {
+            constant: [0.0; MAX_STATES],
+            ..self.clone()
+        };
+        free.segment(0.0, &unit, motion);
+    }
+
+    /// The state one step after `x`.
+    #[inline]
+    pub fn end_of_step(&self, x: &State) -> State {
+        let mut end = self.end_constant;
+        for lane in (0..self.dimension.div_ceil(LANES)).map(|group| group * LANES) {
+            for (column, value) in self.end_columns.iter().zip(x) {
+                for i in lane..lane + LANES {
+                    end[i] += column[i] * value;
+                }
+            }
+        }
+        end
+    }
+
+    /// The quantity `offset + row x` over a step.
+    pub fn output(&self, row: &State, offset: f64) -> LinearOutput {
+        let mut motion = Segment::point(0.0, &[0.0; MAX_STATES], self.dimension);
+        self.segment(0.0, &[0.0; MAX_STATES], &mut motion);
+        let constant = motion.combine(row, &[offset]);
+        let columns = (0..self.dimension)
+            .map(|i| {
+                self.from_unit(i, &mut motion);
+                motion.combine(row, &[])
+            })
+            .collect();
+        LinearOutput { columns, constant }
+    }
+
+    /// Begins a segment of one step without its polynomials, which [`LinearSystem::segment`] works out.
+    pub fn begin(&self, t: f64, x: &State, out: &mut Segment) {
         out.start = t;
         out.end = t + self.step;
         out.length = self.step;
         out.degree = DEGREE;
         out.dimension = self.dimension;
         out.coefficients[0] = *x;
+    }
+
+    /// The motion from state `x` at time `t` as a segment of one step.
+    pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
+        self.begin(t, x, out);
         let groups = self.dimension.div_ceil(LANES);
         for power in 1..=DEGREE {
             let (done, rest) = out.coefficients.split_at_mut(power);
@@ -116,9 +204,17 @@ mod tests {
         let mut x = [0.0; MAX_STATES];
         x[0] = 1.0;
         let mut segment = Segment::point(0.0, &x, 3);
+        let mut row = [0.0; MAX_STATES];
+        (row[0], row[1]) = (3.0, -1.0);
         for _ in 0..40 {
             system.segment(segment.end, &x, &mut segment);
+            let end = system.end_of_step(&x);
+            let position = system.output(&row, 0.5).polynomial(&x);
             segment.state_at(1.0, &mut x);
+            assert_relative_eq!(end[0], x[0], epsilon = 1e-14);
+            assert_relative_eq!(end[2], x[2], epsilon = 1e-14);
+            let sum: f64 = position.iter().sum();
+            assert_relative_eq!(sum, 0.5 + 3.0 * x[0] - x[1], epsilon = 1e-13);
         }
         let t = segment.end;
         assert_relative_eq!(x[0], 0.25 + 0.75 * (2.0 * t).cos(), epsilon = 1e-12);

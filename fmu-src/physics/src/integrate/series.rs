@@ -9,6 +9,17 @@ use super::MAX_DEGREE;
 /// Coefficients, power by power.
 pub type Series = [f64; MAX_DEGREE + 1];
 
+/// 1/k, except for k = 0.
+pub const RECIPROCAL: Series = {
+    let mut r = [0.0; MAX_DEGREE + 1];
+    let mut k = 1;
+    while k <= MAX_DEGREE {
+        r[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    r
+};
+
 /// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
 #[inline]
 pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
@@ -21,7 +32,7 @@ pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
 #[inline]
 pub fn chained(g: &Series, u: &Series, k: usize) -> f64 {
     let sum: f64 = (1..=k).map(|i| i as f64 * u[i] * g[k - i]).sum();
-    sum / k as f64
+    sum * RECIPROCAL[k]
 }
 
 /// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
@@ -31,23 +42,26 @@ pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
     (a - known) / b[0]
 }
 
-/// Whether the series up to `degree` certainly keeps its sign on `[0, theta]`; a series that is zero
-/// throughout does.
+/// Whether the series up to `degree` certainly is not negative on `[0, theta]`.
 ///
-/// Its linear part is farther from zero at both ends than the sum of all further magnitudes.
-pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
-    let end = f[0] + f[1] * theta;
-    f[0] * end >= 0.0 && f[0].abs().min(end.abs()) >= magnitude_above(f, 2, degree, theta)
-}
-
-/// Sum of the magnitudes of the terms from power `first` to `degree` at `theta >= 0`.
-#[inline]
-pub fn magnitude_above(f: &Series, first: usize, degree: usize, theta: f64) -> f64 {
-    let sum = f[first..=degree]
+/// Its linear part is so far above zero at both ends as all further negative terms can take away.
+pub fn stays_positive(f: &[f64], theta: f64) -> bool {
+    let taken = f[2..]
         .iter()
         .rev()
-        .fold(0.0, |sum, c| sum * theta + c.abs());
-    (0..first).fold(sum, |sum, _| sum * theta)
+        .fold(0.0, |sum, c| sum * theta + (-c).max(0.0));
+    f[0].min(f[0] + f[1] * theta) >= taken * theta * theta
+}
+
+/// Whether the series up to `degree` certainly keeps its sign on `[0, theta]`; one that is zero
+/// throughout does.
+pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
+    if f[0] > 0.0 {
+        return stays_positive(&f[..=degree], theta);
+    }
+    let mut mirrored = *f;
+    mirrored.iter_mut().for_each(|c| *c = -*c);
+    stays_positive(&mirrored[..=degree], theta)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::effects::series::{MotionSeries, Series, keeps_sign, product};
 use crate::effects::{ContactForce, Motion};
 use crate::friction::FrictionLaw;
 use crate::friction::series::{CoefficientSeries, ExponentialSum};
+use crate::integrate::series::RECIPROCAL;
 use crate::integrate::taylor::{self, SeriesSystem};
 use crate::integrate::{MAX_DEGREE, Segment, State};
 
@@ -63,7 +64,8 @@ impl Model {
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
-            keeps_sign(&system.normal_force, 1, reach).then_some(Slip {
+            let [force, rate] = system.normal_force;
+            (force + rate * reach >= 0.0).then_some(Slip {
                 reach,
                 gap: system.speed,
             })
@@ -90,12 +92,16 @@ impl Model {
     }
 }
 
-/// The reference model alone.
+/// The reference model alone. Signs and factors are folded into the coefficients beforehand, because
+/// each power waits for the one before.
 struct BaseSeries<'a> {
     model: &'a Model,
-    sign: f64,
     belt_velocity: [f64; 2],
-    normal_force: Series,
+    normal_force: [f64; 2],
+    /// Sliding speed per modal velocity.
+    row: [f64; MAX_MODES],
+    /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
+    drive: [f64; MAX_MODES],
     speed: Series,
     friction: CoefficientSeries<'a>,
     /// Coefficient of friction of the power before.
@@ -104,14 +110,16 @@ struct BaseSeries<'a> {
 
 impl<'a> BaseSeries<'a> {
     fn new(model: &'a Model, mode: ContactMode, t: f64) -> Option<Self> {
-        let [belt_velocity, given] = model.given(t);
-        let mut normal_force = NONE;
-        normal_force[..2].copy_from_slice(&given);
+        let [mut belt_velocity, normal_force] = model.given(t);
+        let sign = mode.sign();
+        belt_velocity.iter_mut().for_each(|v| *v *= sign);
+        let scale = -sign * model.level;
         Some(Self {
             model,
-            sign: mode.sign(),
             belt_velocity,
             normal_force,
+            row: model.tip_value.map(|phi| sign * phi),
+            drive: model.gain.map(|gain| gain * scale),
             speed: NONE,
             friction: CoefficientSeries::new(model.exponential_sum.as_ref()?),
             mu_before: 0.0,
@@ -121,9 +129,14 @@ impl<'a> BaseSeries<'a> {
     /// Works out the sliding speed.
     #[inline]
     fn observe(&mut self, k: usize, x: &State) {
-        let (_, velocity) = self.model.tip(x);
-        let belt = self.belt_velocity.get(k).unwrap_or(&0.0);
-        self.speed[k] = self.sign * (velocity - belt);
+        let mut speed = 0.0;
+        for j in 0..self.model.mode_count {
+            speed += self.row[j] * x[2 * j + 1];
+        }
+        if k < 2 {
+            speed -= self.belt_velocity[k];
+        }
+        self.speed[k] = speed;
     }
 }
 
@@ -139,16 +152,16 @@ impl SeriesSystem for BaseSeries<'_> {
         let (x, next) = (&known[k], &mut next[0]);
         self.observe(k, x);
         let mu = self.friction.next(k, self.speed[k]);
-        let force = -self.sign
-            * m.level
-            * (self.normal_force[0] * mu + self.normal_force[1] * self.mu_before);
+        let [force, rate] = self.normal_force;
+        let ramp = rate * self.mu_before;
         self.mu_before = mu;
-        let step = m.series_unit / (k + 1) as f64;
+        let step = m.series_unit * RECIPROCAL[k + 1];
         for j in 0..m.mode_count {
             let (q, v) = (x[2 * j], x[2 * j + 1]);
+            let drive = step * self.drive[j];
+            let rest = drive * ramp - step * (m.damping[j] * v + m.stiffness[j] * q);
             next[2 * j] = step * v;
-            next[2 * j + 1] =
-                step * (m.gain[j] * force - m.damping[j] * v - m.stiffness[j] * q);
+            next[2 * j + 1] = drive * force * mu + rest;
         }
     }
 }
@@ -277,9 +290,19 @@ impl<'a> FullSeries<'a> {
             && keeps(&self.motion.normal_force)
             && keeps(&self.mu)
             && self.factors[..self.factor_count].iter().all(keeps)
-            && self.model.effects.iter().filter_map(with_series).all(|(e, s)| {
-                s.holds(&self.motion, &self.registers[e.first_register..], below, theta)
-            })
+            && self
+                .model
+                .effects
+                .iter()
+                .filter_map(with_series)
+                .all(|(e, s)| {
+                    s.holds(
+                        &self.motion,
+                        &self.registers[e.first_register..],
+                        below,
+                        theta,
+                    )
+                })
     }
 }
 
@@ -307,7 +330,7 @@ impl SeriesSystem for FullSeries<'_> {
             force += series.tip_force(k, &self.motion, registers);
             series.add_modal_acceleration(k, &self.motion, known, registers, &mut acceleration);
         }
-        let step = model.series_unit / (k + 1) as f64;
+        let step = model.series_unit * RECIPROCAL[k + 1];
         for j in 0..model.mode_count {
             let (q, v) = (x[2 * j], x[2 * j + 1]);
             next[2 * j] = step * v;

@@ -5,7 +5,7 @@ use crate::contact::ContactMode;
 use crate::error::PhysicsError;
 use crate::integrate::MAX_STATES;
 use crate::integrate::roots::first_below_zero;
-use crate::integrate::series::keeps_sign;
+use crate::integrate::series::stays_positive;
 
 impl Simulation {
     /// One step of slip by its series, ended early where v_r comes back to zero; `turned` where the
@@ -40,7 +40,7 @@ impl Simulation {
             let root = first_below_zero(&gap[1..=degree], 0.0, reach);
             gap[1] = rises;
             root
-        } else if keeps_sign(&gap, degree, reach) {
+        } else if stays_positive(&gap[..=degree], reach) {
             None
         } else {
             first_below_zero(&gap[..=degree], 0.0, reach)
