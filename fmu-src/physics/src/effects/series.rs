@@ -1,9 +1,42 @@
 //! How effects enter the Taylor series of slip: their hooks once more, coefficient by coefficient.
 
 use super::{ContactForce, Motion};
-use crate::integrate::{MAX_DEGREE, State};
+use crate::integrate::MAX_DEGREE;
 
+pub use crate::integrate::State;
 pub use crate::integrate::series::{Series, chained, keeps_sign, product, quotient};
+
+/// Registers of [`harmonic`].
+pub const HARMONIC_REGISTERS: usize = 2;
+/// Registers of [`cosine`].
+pub const COSINE_REGISTERS: usize = 2;
+
+/// Coefficient `k` of `cos(angle + rate theta)`.
+pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f64 {
+    let [cosine, sine, ..] = registers else {
+        unreachable!("HARMONIC_REGISTERS")
+    };
+    if k == 0 {
+        (sine[0], cosine[0]) = angle.sin_cos();
+    } else {
+        let share = rate / k as f64;
+        (cosine[k], sine[k]) = (-share * sine[k - 1], share * cosine[k - 1]);
+    }
+    cosine[k]
+}
+
+/// Coefficient `k` of the cosine of a series.
+pub fn cosine(k: usize, angle: &Series, registers: &mut [Series]) -> f64 {
+    let [cosine, sine, ..] = registers else {
+        unreachable!("COSINE_REGISTERS")
+    };
+    if k == 0 {
+        (sine[0], cosine[0]) = angle[0].sin_cos();
+    } else {
+        (cosine[k], sine[k]) = (-chained(sine, angle, k), chained(cosine, angle, k));
+    }
+    cosine[k]
+}
 
 /// The motion as power series in `theta = (t - start.time) / unit`, known up to the power that is
 /// being worked out. See [`Motion`] for the quantities.

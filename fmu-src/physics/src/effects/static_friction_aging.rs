@@ -1,5 +1,6 @@
 //! Static friction that grows with the time of stationary contact.
 
+use super::series::EffectSeries;
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{ONE, SECOND};
@@ -91,4 +92,9 @@ impl Effect for Aging {
     fn keeps_limit_constant(&self) -> bool {
         false
     }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
 }
+
+impl EffectSeries for Aging {}

@@ -1,5 +1,6 @@
 //! A bending mode beyond those retained.
 
+use super::series::EffectSeries;
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::beam::{Beam, ModalOscillator};
 use crate::error::PhysicsError;
@@ -89,4 +90,9 @@ impl Effect for ThirdMode {
         x[0] +=
             self.0.tip_value * contact.force / (self.0.mass * self.0.angular_frequency().powi(2));
     }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
 }
+
+impl EffectSeries for ThirdMode {}
