@@ -349,12 +349,10 @@ impl Simulation {
                 self.restart_stepper();
             }
         } else if !self.model.is_linear_in_stick() {
-            let system = InMode {
-                model: &self.model,
-                mode: ContactMode::Stuck,
-            };
             self.stepper.next_length = self.first_slip_step;
-            self.stepper.restart(&system, self.front, &self.front_state);
+            if !self.model.has_series() {
+                self.restart_stepper();
+            }
         }
     }
 

@@ -1,4 +1,4 @@
-//! How effects enter the Taylor series of slip: their hooks once more, coefficient by coefficient.
+//! How effects enter the Taylor series of a motion: their hooks once more, coefficient by coefficient.
 
 use super::{ContactForce, Motion};
 use crate::integrate::MAX_DEGREE;
@@ -109,6 +109,14 @@ pub trait EffectSeries {
     }
     /// Factor on the coefficient of friction or on the normal force.
     fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        if k == 0 { 1.0 } else { 0.0 }
+    }
+    /// Whether the effect has a [`EffectSeries::static_factor`].
+    fn has_static_factor(&self) -> bool {
+        false
+    }
+    /// Factor on the static limit, from the dwell at the start.
+    fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
         if k == 0 { 1.0 } else { 0.0 }
     }
     /// Friction force in N of a law with memory, given the capacity mu F_N in N and the effect's states.

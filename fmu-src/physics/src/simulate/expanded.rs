@@ -21,9 +21,7 @@ impl Simulation {
             &self.scales,
             &mut self.segment,
         );
-        let resolution = 1e-15 + 8.0 * f64::EPSILON * t.abs();
-        let far_enough = |reach: f64| reach * self.segment.length > resolution;
-        let Some(slip) = slip.filter(|slip| far_enough(slip.reach)) else {
+        let Some(slip) = slip.filter(|slip| self.is_far_enough(slip.reach)) else {
             // A change of regime within the step: for the integrator that controls its error.
             self.restart_stepper();
             return self.slip_segment(turned);
@@ -70,5 +68,10 @@ impl Simulation {
             }
         }
         Ok(())
+    }
+
+    /// Whether a step up to `reach` advances time by more than its resolution.
+    pub(super) fn is_far_enough(&self, reach: f64) -> bool {
+        reach * self.segment.length > 1e-15 + 8.0 * f64::EPSILON * self.segment.start.abs()
     }
 }

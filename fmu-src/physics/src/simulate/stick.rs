@@ -63,6 +63,12 @@ impl Simulation {
             self.linear_stick();
             return Ok(());
         }
+        if self.model.has_series() {
+            if self.expanded_stick() {
+                return Ok(());
+            }
+            self.restart_stepper();
+        }
         let system = InMode {
             model: &self.model,
             mode: ContactMode::Stuck,
@@ -99,16 +105,17 @@ impl Simulation {
         system.linear.begin(self.front, &x, &mut self.segment);
         self.segment_is_ready = false;
         self.statistics.stick_steps += 1;
-        let (end, root);
-        if self.model.keeps_limit_constant() {
-            end = system.linear.end_of_step(&x);
+        let end = system.linear.end_of_step(&x);
+        let root = if self.model.keeps_limit_constant() {
             let limit = self.model.static_limit(self.front, &x);
-            root = earliest(&system.force.polynomial(&x), limit);
+            earliest(&system.force.polynomial(&x), &[limit], 1.0)
         } else {
-            end = system.linear.end_of_step(&x);
             self.ready_segment();
-            root = self.break_away_of_samples();
-        }
+            match self.model.follow_stick(&self.segment) {
+                Some(stick) => earliest(&stick.force, &stick.limit, 1.0),
+                None => self.break_away_of_samples(),
+            }
+        };
         match root {
             None => self.stay(end),
             Some(theta) => {
@@ -116,6 +123,36 @@ impl Simulation {
                 self.break_away(theta);
             }
         }
+    }
+
+    /// One step of stick by its series; false where that does not hold.
+    fn expanded_stick(&mut self) -> bool {
+        self.segment.start = self.front;
+        self.segment.coefficients[0] = self.front_state;
+        let stick = self
+            .model
+            .expand_stick(self.tolerance, &self.scales, &mut self.segment);
+        let Some(stick) = stick.filter(|stick| self.is_far_enough(stick.reach)) else {
+            return false;
+        };
+        let degree = self.segment.degree;
+        self.stepper.evaluations += degree as u64;
+        self.statistics.stick_steps += 1;
+        self.segment_is_ready = true;
+        self.segment.end = self.front + stick.reach * self.segment.length;
+        match earliest(
+            &stick.force[..=degree],
+            &stick.limit[..=degree],
+            stick.reach,
+        ) {
+            Some(theta) => self.break_away(theta),
+            None => {
+                let mut x = [0.0; MAX_STATES];
+                self.segment.state_at(stick.reach, &mut x);
+                self.stay(x);
+            }
+        }
+        true
     }
 
     /// Works out the polynomials of a segment of linear stick.
@@ -180,10 +217,12 @@ impl Simulation {
     }
 }
 
-/// The earliest of the two ways in which |force| can exceed `limit` on theta in (0, 1].
-fn earliest(force: &[f64], limit: f64) -> Option<f64> {
-    // Most pieces of stick stay far below the limit, which a sum of magnitudes proves.
-    if force.iter().map(|f| f.abs()).sum::<f64>() < limit {
+/// The earliest of the two ways in which |force| can exceed `limit` on theta in (0, end]; both are
+/// polynomials.
+fn earliest(force: &[f64], limit: &[f64], end: f64) -> Option<f64> {
+    // Most pieces of stick stay far below the limit, which sums of magnitudes prove.
+    let largest = |f: &[f64]| f.iter().rev().fold(0.0, |sum, c| sum * end + c.abs());
+    if largest(force) < limit[0] - largest(&limit[1..]) * end {
         return None;
     }
     let mut gap = [0.0; MAX_DEGREE + 1];
@@ -193,8 +232,10 @@ fn earliest(force: &[f64], limit: f64) -> Option<f64> {
         for (g, f) in gap.iter_mut().zip(force) {
             *g = -side * f;
         }
-        gap[0] += limit;
-        let high = found.unwrap_or(1.0);
+        for (g, l) in gap.iter_mut().zip(limit) {
+            *g += l;
+        }
+        let high = found.unwrap_or(end);
         if !stays_positive(&gap[..n], high) {
             found = first_below_zero(&gap[..n], 0.0, high).or(found);
         }
