@@ -41,6 +41,8 @@ pub struct Model {
     friction: FrictionLaw,
     /// The law again, where slip can be expanded in power series.
     exponential_sum: Option<ExponentialSum>,
+    /// No effect takes part in slip, other than by a mode that it adds.
+    plain_slip: bool,
     /// Unit in s of the normalised time of power series.
     series_unit: f64,
     level: f64,
@@ -161,6 +163,9 @@ impl Model {
             mobility: beam.tip_mobility(),
             friction: parameters.friction,
             exponential_sum: series::exponential_sum(&parameters.friction, &mut effects),
+            plain_slip: effects
+                .iter()
+                .all(|e| e.effect.series().is_some_and(|s| !s.acts_in_slip())),
             series_unit: 0.0,
             level,
             static_coefficient: parameters.friction.static_coefficient(),

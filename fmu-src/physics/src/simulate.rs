@@ -239,17 +239,18 @@ impl Simulation {
             require(true, "start state", value, "SI", "finite")?;
         }
         inputs.check()?;
-        self.model.inputs = Inputs {
+        let inputs = Inputs {
             since: start.time,
             ..inputs
         };
+        self.keep_stick_system(&inputs);
+        self.model.inputs = inputs;
         self.model.travel_offset = 0.0;
         self.model.stick_since = start.time - start.dwell;
         self.tolerance = tolerance;
         self.scales = self.model.state_scales();
         self.time = start.time;
         self.front_state = start.state;
-        self.stick_system = None;
         self.transition_count = 0;
         self.last_transition = start.time;
         self.stepper.evaluations = 0;
@@ -398,8 +399,8 @@ impl Simulation {
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
         let dwell_began = self.model.stick_since;
+        self.keep_stick_system(&inputs);
         self.model.inputs = inputs;
-        self.stick_system = None;
         self.scales = self.model.state_scales();
         self.front_state = x;
         self.model.stick_since = dwell_began;

@@ -81,6 +81,10 @@ impl MotionSeries {
 /// Each gives coefficient `k` and is asked for k = 0, 1, 2, ... in turn. `registers` keep what the
 /// effect needs of lower powers; they are its own, as many as [`EffectSeries::register_count`] says.
 pub trait EffectSeries {
+    /// Whether the effect takes part in slip at all, other than by a mode that it adds.
+    fn acts_in_slip(&self) -> bool {
+        true
+    }
     /// Number of series that the effect keeps for itself.
     fn register_count(&self) -> usize {
         0

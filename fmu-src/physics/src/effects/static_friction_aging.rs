@@ -98,6 +98,10 @@ impl Effect for Aging {
 }
 
 impl EffectSeries for Aging {
+    fn acts_in_slip(&self) -> bool {
+        false
+    }
+
     fn register_count(&self) -> usize {
         1
     }

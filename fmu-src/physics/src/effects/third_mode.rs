@@ -95,4 +95,8 @@ impl Effect for ThirdMode {
     }
 }
 
-impl EffectSeries for ThirdMode {}
+impl EffectSeries for ThirdMode {
+    fn acts_in_slip(&self) -> bool {
+        false
+    }
+}

@@ -21,6 +21,8 @@ pub struct LinearSystem {
     constant: State,
     /// Step in s for which the cut series is exact to rounding.
     step: f64,
+    /// One step from each unit state without the constant, and from zero with it.
+    response: Vec<Segment>,
     /// The state after one step: columns of the matrix exponential, and what starts from zero.
     end_columns: Vec<State>,
     end_constant: State,
@@ -83,6 +85,7 @@ impl LinearSystem {
             columns,
             constant,
             step: REACH / frequency,
+            response: Vec::with_capacity(dimension + 1),
             end_columns: vec![[0.0; MAX_STATES]; dimension],
             end_constant: [0.0; MAX_STATES],
         };
@@ -92,26 +95,21 @@ impl LinearSystem {
 
     /// Works out what one step does.
     pub fn prepare(&mut self) {
-        let mut motion = Segment::point(0.0, &[0.0; MAX_STATES], self.dimension);
-        let mut constant = [0.0; MAX_STATES];
-        self.segment(0.0, &constant.clone(), &mut motion);
-        motion.state_at(1.0, &mut constant);
-        self.end_constant = constant;
-        for i in 0..self.dimension {
-            self.from_unit(i, &mut motion);
-            motion.state_at(1.0, &mut self.end_columns[i]);
+        let zero = [0.0; MAX_STATES];
+        self.response.clear();
+        for i in 0..=self.dimension {
+            let mut motion = Segment::point(0.0, &zero, self.dimension);
+            let mut unit = zero;
+            if i < self.dimension {
+                unit[i] = 1.0;
+                self.expand(&unit, &zero, &mut motion);
+                motion.state_at(1.0, &mut self.end_columns[i]);
+            } else {
+                self.expand(&zero, &self.constant, &mut motion);
+                motion.state_at(1.0, &mut self.end_constant);
+            }
+            self.response.push(motion);
         }
-    }
-
-    /// The motion without the constant from state 1 in place `i` and 0 elsewhere.
-    fn from_unit(&self, i: usize, motion: &mut Segment) {
-        let mut unit = [0.0; MAX_STATES];
-        unit[i] = 1.0;
-        let free = Self {
-            constant: [0.0; MAX_STATES],
-            ..self.clone()
-        };
-        free.segment(0.0, &unit, motion);
     }
 
     /// The state one step after `x`.
@@ -130,16 +128,11 @@ impl LinearSystem {
 
     /// The quantity `offset + row x` over a step.
     pub fn output(&self, row: &State, offset: f64) -> LinearOutput {
-        let mut motion = Segment::point(0.0, &[0.0; MAX_STATES], self.dimension);
-        self.segment(0.0, &[0.0; MAX_STATES], &mut motion);
-        let constant = motion.combine(row, &[offset]);
-        let columns = (0..self.dimension)
-            .map(|i| {
-                self.from_unit(i, &mut motion);
-                motion.combine(row, &[])
-            })
-            .collect();
-        LinearOutput { columns, constant }
+        let (units, forced) = self.response.split_at(self.dimension);
+        LinearOutput {
+            columns: units.iter().map(|unit| unit.combine(row, &[])).collect(),
+            constant: forced[0].combine(row, &[offset]),
+        }
     }
 
     /// Begins a segment of one step without its polynomials, which [`LinearSystem::segment`] works out.
@@ -155,29 +148,45 @@ impl LinearSystem {
     /// The motion from state `x` at time `t` as a segment of one step.
     pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
         self.begin(t, x, out);
-        let groups = self.dimension.div_ceil(LANES);
-        for power in 1..=DEGREE {
-            let (done, rest) = out.coefficients.split_at_mut(power);
-            let (last, next) = (&done[power - 1], &mut rest[0]);
-            let factor = self.step / power as f64;
-            for lane in (0..groups).map(|group| group * LANES) {
-                let mut sum = [0.0; LANES];
-                if power == 1 {
-                    sum.copy_from_slice(&self.constant[lane..lane + LANES]);
-                }
-                for (column, value) in self.columns.iter().zip(last) {
-                    let column: &[f64; LANES] =
-                        column[lane..lane + LANES].try_into().expect("LANES wide");
+        for lane in (0..self.dimension.div_ceil(LANES)).map(|group| group * LANES) {
+            for (power, next) in out.coefficients.iter_mut().enumerate().skip(1) {
+                let mut sum = lanes(&self.response[self.dimension].coefficients[power], lane);
+                for (unit, value) in self.response.iter().zip(&x[..self.dimension]) {
+                    let column = lanes(&unit.coefficients[power], lane);
                     for i in 0..LANES {
                         sum[i] += column[i] * value;
                     }
                 }
-                for i in 0..LANES {
-                    next[lane + i] = factor * sum[i];
-                }
+                next[lane..lane + LANES].copy_from_slice(&sum);
             }
         }
     }
+
+    /// The series from state `x`: each term follows from the one before by a product with A.
+    fn expand(&self, x: &State, constant: &State, out: &mut Segment) {
+        self.begin(0.0, x, out);
+        for power in 1..=DEGREE {
+            let (done, rest) = out.coefficients.split_at_mut(power);
+            let (last, next) = (&done[power - 1], &mut rest[0]);
+            let factor = self.step / power as f64;
+            *next = if power == 1 {
+                *constant
+            } else {
+                [0.0; MAX_STATES]
+            };
+            for (column, value) in self.columns.iter().zip(last) {
+                for i in 0..self.dimension {
+                    next[i] += column[i] * value;
+                }
+            }
+            next.iter_mut().for_each(|x| *x *= factor);
+        }
+    }
+}
+
+#[inline]
+fn lanes(x: &State, lane: usize) -> [f64; LANES] {
+    x[lane..lane + LANES].try_into().expect("LANES wide")
 }
 
 #[cfg(test)]

@@ -1,10 +1,13 @@
 //! The first sign change of a polynomial on an interval, none missed.
 
+use super::MAX_DEGREE;
+use super::series::Series;
+
 /// Interval halvings after which a touch without a sign change counts as no crossing.
 const MAX_DEPTH: u32 = 48;
 
 /// The first `theta` in `(low, high]` at which the polynomial with coefficients `c` (power by power)
-/// falls below zero, provided it is not negative at `low`.
+/// falls below zero, provided it is not negative at `low` >= 0.
 ///
 /// Rigorous: an interval is dropped only if the Taylor coefficients about its middle prove that the
 /// polynomial can't reach zero in it, and bisected only where they prove it monotone
@@ -21,16 +24,14 @@ pub fn value(c: &[f64], theta: f64) -> f64 {
 
 fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     let middle = 0.5 * (low + high);
-    let radius = 0.5 * (high - low);
-    let shifted = shift(c, middle);
+    let shifted = about(c, middle, 0.5 * (high - low));
     let n = c.len();
-    let (mut spread, mut slope_spread, mut power) = (0.0, 0.0, 1.0);
+    let (mut spread, mut slope_spread) = (0.0, 0.0);
     for (k, a) in shifted[..n].iter().enumerate().skip(1) {
         if k > 1 {
-            slope_spread += k as f64 * a.abs() * power;
+            slope_spread += k as f64 * a.abs();
         }
-        power *= radius;
-        spread += a.abs() * power;
+        spread += a.abs();
     }
     // The polynomial 0 stays; what has overflowed has no roots worth looking for.
     if shifted[0] >= spread || !spread.is_finite() {
@@ -52,15 +53,38 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     search(c, low, middle, depth + 1).or_else(|| search(c, middle, high, depth + 1))
 }
 
-/// Taylor coefficients about `at`, by repeated synthetic division.
-fn shift(c: &[f64], at: f64) -> [f64; super::MAX_DEGREE + 1] {
-    let n = c.len();
-    let mut out = [0.0; super::MAX_DEGREE + 1];
-    out[..n].copy_from_slice(c);
-    for i in 0..n.saturating_sub(1) {
-        for k in (i..n - 1).rev() {
-            out[k] += at * out[k + 1];
+/// Binomial coefficients, `BINOMIAL[j][k]` = j over k.
+const BINOMIAL: [Series; MAX_DEGREE + 1] = {
+    let mut table = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut j = 0;
+    while j <= MAX_DEGREE {
+        table[j][0] = 1.0;
+        let mut k = 1;
+        while k <= j {
+            table[j][k] = table[j - 1][k - 1] + table[j - 1][k];
+            k += 1;
         }
+        j += 1;
+    }
+    table
+};
+
+/// Taylor coefficients about `middle` > 0 in units of `radius`:
+/// `a_k = (radius/middle)^k sum (j over k) c_j middle^j`.
+fn about(c: &[f64], middle: f64, radius: f64) -> Series {
+    let mut out = [0.0; MAX_DEGREE + 1];
+    let mut power = 1.0;
+    for (j, a) in c.iter().enumerate() {
+        let term = a * power;
+        for (sum, binomial) in out[..=j].iter_mut().zip(&BINOMIAL[j]) {
+            *sum += term * binomial;
+        }
+        power *= middle;
+    }
+    let (ratio, mut power) = (radius / middle, 1.0);
+    for a in &mut out[..c.len()] {
+        *a *= power;
+        power *= ratio;
     }
     out
 }

@@ -74,7 +74,7 @@ impl Model {
         let law = self.exponential_sum.as_ref()?;
         segment.length = self.series_unit;
         let degree = taylor::degree(tolerance);
-        if self.effects.is_empty() {
+        if self.plain_slip {
             let mut system = BaseSeries::new(self, law, mode, segment.start);
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);

@@ -1,6 +1,7 @@
 //! Stick: the exact linear motion where there is one, and the break-away that ends it.
 
 use super::{End, InMode, Simulation, interpolate};
+use crate::belt::Inputs;
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;
 use crate::integrate::linear::{LinearOutput, LinearSystem};
@@ -41,6 +42,17 @@ impl StickSystem {
 }
 
 impl Simulation {
+    /// Forgets the equations of stick if they do not hold under new inputs; time does not enter them.
+    pub(super) fn keep_stick_system(&mut self, inputs: &Inputs) {
+        let same = Inputs {
+            since: inputs.since,
+            ..self.model.inputs
+        };
+        if same != *inputs {
+            self.stick_system = None;
+        }
+    }
+
     /// Reads off the linear equations of stick.
     pub(super) fn probe_stick(&self) -> LinearSystem {
         let system = InMode {
