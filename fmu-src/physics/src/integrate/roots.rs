@@ -10,7 +10,7 @@ const MAX_DEPTH: u32 = 48;
 /// falls below zero, provided it is not negative at `low` >= 0.
 ///
 /// Rigorous: an interval is dropped only if the Taylor coefficients about its middle prove that the
-/// polynomial can't reach zero in it, and bisected only where they prove it monotone
+/// polynomial can't reach zero in it, and a root is sought only where they prove it monotone
 /// (mean-value form, Moore 1966).
 pub fn first_below_zero(c: &[f64], low: f64, high: f64) -> Option<f64> {
     search(c, low, high, 0)
@@ -39,7 +39,7 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     }
     if n > 1 && shifted[1].abs() > slope_spread {
         return if value(c, high) < 0.0 {
-            Some(bisect(c, low, high))
+            Some(polish(c, low, high))
         } else {
             None
         };
@@ -89,32 +89,39 @@ fn about(c: &[f64], middle: f64, radius: f64) -> Series {
     out
 }
 
-fn bisect(c: &[f64], mut low: f64, mut high: f64) -> f64 {
-    // Regula falsi with halving of the stale end (Illinois); falls back on bisection by its guard.
-    let (mut f_low, mut f_high) = (value(c, low), value(c, high));
+/// The root between `low`, where the polynomial is positive, and `high`, where it is negative and
+/// between which it is monotone: Newton's method, kept inside by bisection.
+fn polish(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (f_low, f_high) = (value(c, low), value(c, high));
     if f_low <= 0.0 {
         return low;
     }
+    let mut theta = (low * f_high - high * f_low) / (f_high - f_low);
     for _ in 0..100 {
-        let mut theta = (low * f_high - high * f_low) / (f_high - f_low);
         if !(theta > low && theta < high) {
             theta = 0.5 * (low + high);
         }
-        let f = value(c, theta);
+        let (f, slope) = value_and_slope(c, theta);
         if f > 0.0 {
             low = theta;
-            f_low = f;
-            f_high *= 0.5;
         } else {
             high = theta;
-            f_high = f;
-            f_low *= 0.5;
         }
-        if f == 0.0 || high - low <= 4.0 * f64::EPSILON * high.abs() {
+        let step = f / slope;
+        if step.abs() <= 2.0 * f64::EPSILON * high || high - low <= 4.0 * f64::EPSILON * high {
             break;
         }
+        theta -= step;
     }
-    high
+    theta
+}
+
+/// Value and derivative of the polynomial.
+#[inline]
+fn value_and_slope(c: &[f64], theta: f64) -> (f64, f64) {
+    c.iter().rev().fold((0.0, 0.0), |(f, slope), a| {
+        (f * theta + a, slope * theta + f)
+    })
 }
 
 #[cfg(test)]
