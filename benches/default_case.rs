@@ -78,7 +78,14 @@ fn python() -> PathBuf {
         assert!(status.success(), "{command:?}");
     };
     run(Command::new("python3").arg("-m").arg("venv").arg(&folder));
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
+    let pip = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "-r",
+    ];
     run(Command::new(&python).args(pip).arg(&requirements));
     std::fs::write(&stamp, wanted).expect("target is writable");
     python
@@ -146,7 +153,9 @@ fn main() {
     drop(peer.ask);
     assert!(peer.child.wait().expect("the peer ends").success());
     let medians = times.map(median);
-    println!("default case, {STOP} s, {TRANSITIONS} transitions, tolerance 1e-9; medians of {ROUNDS}");
+    println!(
+        "default case, {STOP} s, {TRANSITIONS} transitions, tolerance 1e-9; medians of {ROUNDS}"
+    );
     println!("{:<44} {:>9} {:>9}", "", "ms", "/ heyoka");
     for (name, ms) in [
         "heyoka 7.13.2, Taylor with terminal events",

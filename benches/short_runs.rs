@@ -17,7 +17,15 @@ const REPETITIONS: usize = 25;
 /// Starts along the default motion (100 N, 0.10 m/s): q_1, q_1', q_2, q_2' every 3.7 ms.
 fn starts(names: &[u32; 4]) -> Vec<[f64; 4]> {
     let slave = Slave::new();
-    slave.set_all(names, &[1.162_331_347_770_524_6e-3, 0.05, -2.860_023_308_624_127_7e-5, 0.0]);
+    slave.set_all(
+        names,
+        &[
+            1.162_331_347_770_524_6e-3,
+            0.05,
+            -2.860_023_308_624_127_7e-5,
+            0.0,
+        ],
+    );
     slave.start_at(0.0);
     (0..9)
         .map(|i| {
@@ -75,5 +83,9 @@ fn main() {
         sum += time;
         println!("  {:<28} {time:8.1} us", card.id);
     }
-    println!("  {:<28} {:8.1} us", "mean over the effects", sum / CATALOGUE.len() as f64);
+    println!(
+        "  {:<28} {:8.1} us",
+        "mean over the effects",
+        sum / CATALOGUE.len() as f64
+    );
 }

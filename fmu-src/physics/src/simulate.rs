@@ -418,7 +418,8 @@ impl Simulation {
             self.front_mode = mode;
             self.hold(x)?;
         }
-        self.departed = !was_stuck;
+        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it.
+        self.departed |= !was_stuck;
         if was_stuck && self.front_mode != ContactMode::Stuck {
             self.note(Transition {
                 time: self.time,
