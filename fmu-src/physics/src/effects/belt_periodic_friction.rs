@@ -88,17 +88,14 @@ impl Effect for Periodic {
 
 impl EffectSeries for Periodic {
     fn register_count(&self) -> usize {
-        1 + COSINE_REGISTERS
+        COSINE_REGISTERS
     }
     fn has_factor(&self) -> bool {
         true
     }
     fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
-        let (angle, registers) = registers.split_first_mut().expect("as many as declared");
-        angle[k] = self.wave_number * m.travel[k];
-        if k == 0 {
-            angle[0] += self.phase;
-        }
+        let offset = if k == 0 { self.phase } else { 0.0 };
+        let angle = self.wave_number * m.travel[k] + offset;
         let change = self.amplitude * cosine(k, angle, registers);
         if k == 0 { 1.0 + change } else { change }
     }

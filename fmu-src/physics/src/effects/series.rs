@@ -9,7 +9,7 @@ pub use crate::integrate::series::{Series, chained, keeps_sign, product, quotien
 /// Registers of [`harmonic`].
 pub const HARMONIC_REGISTERS: usize = 2;
 /// Registers of [`cosine`].
-pub const COSINE_REGISTERS: usize = 2;
+pub const COSINE_REGISTERS: usize = 3;
 
 /// Coefficient `k` of `cos(angle + rate theta)`.
 pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f64 {
@@ -25,15 +25,16 @@ pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f6
     cosine[k]
 }
 
-/// Coefficient `k` of the cosine of a series.
-pub fn cosine(k: usize, angle: &Series, registers: &mut [Series]) -> f64 {
-    let [cosine, sine, ..] = registers else {
+/// Coefficient `k` of the cosine of a series, of which coefficient `k` is given.
+pub fn cosine(k: usize, angle: f64, registers: &mut [Series]) -> f64 {
+    let [cosine, sine, slope, ..] = registers else {
         unreachable!("COSINE_REGISTERS")
     };
     if k == 0 {
-        (sine[0], cosine[0]) = angle[0].sin_cos();
+        (sine[0], cosine[0]) = angle.sin_cos();
     } else {
-        (cosine[k], sine[k]) = (-chained(sine, angle, k), chained(cosine, angle, k));
+        slope[k] = k as f64 * angle;
+        (cosine[k], sine[k]) = (-chained(sine, slope, k), chained(cosine, slope, k));
     }
     cosine[k]
 }

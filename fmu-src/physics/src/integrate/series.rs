@@ -23,23 +23,36 @@ pub const RECIPROCAL: Series = {
 /// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
 #[inline]
 pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
-    let (a, b) = (&a[..=k], &b[..=k]);
-    a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()
+    convolve(&a[..=k], &b[..=k])
 }
 
 /// Coefficient `k >= 1` of a function `f` of the series `u` with `f' = g u'`, where `g` is known up to
-/// power `k - 1`: `sum i u_i g_(k-i) / k`. The exponential has `g = f`, the sine `g` = cosine.
+/// power `k - 1`: `sum i u_i g_(k-i) / k` over i = 1 .. k. The exponential has `g = f`, the sine
+/// `g` = cosine. `slope` holds the `i u_i`.
 #[inline]
-pub fn chained(g: &Series, u: &Series, k: usize) -> f64 {
-    let sum: f64 = (1..=k).map(|i| i as f64 * u[i] * g[k - i]).sum();
-    sum * RECIPROCAL[k]
+pub fn chained(g: &Series, slope: &Series, k: usize) -> f64 {
+    convolve(&slope[1..=k], &g[..k]) * RECIPROCAL[k]
 }
 
 /// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
 #[inline]
 pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
-    let known: f64 = (1..=k).map(|i| b[i] * quotient[k - i]).sum();
-    (a - known) / b[0]
+    (a - convolve(&b[1..=k], &quotient[..k])) / b[0]
+}
+
+/// `sum a_i b_(n-1-i)` of lists of the same length n, in four sums that do not wait for one another.
+#[inline]
+fn convolve(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.chunks_exact(4), b.rchunks_exact(4));
+    let rest = a.remainder().iter().zip(b.remainder().iter().rev());
+    let rest: f64 = rest.map(|(x, y)| x * y).sum();
+    let mut sums = [0.0; 4];
+    for (x, y) in a.zip(b) {
+        for i in 0..4 {
+            sums[i] += x[i] * y[3 - i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// Whether the series up to `degree` certainly is not negative on `[0, theta]`.
@@ -83,15 +96,15 @@ mod tests {
         // Source: exp(a t) exp(b t) = exp((a + b) t).
         let (a, b, both) = (exponential(1.5), exponential(-0.4), exponential(1.1));
         let (mut ratio, mut anew) = ([0.0; MAX_DEGREE + 1], [0.0; MAX_DEGREE + 1]);
-        let mut exponent = [0.0; MAX_DEGREE + 1];
-        exponent[1] = 1.1;
+        let mut slope = [0.0; MAX_DEGREE + 1];
+        slope[1] = 1.1;
         anew[0] = 1.0;
         for k in 0..=MAX_DEGREE {
             assert_relative_eq!(product(&a, &b, k), both[k], max_relative = 1e-12);
             ratio[k] = quotient(both[k], &b, &ratio, k);
             assert_relative_eq!(ratio[k], a[k], max_relative = 1e-9);
             if k > 0 {
-                anew[k] = chained(&anew, &exponent, k);
+                anew[k] = chained(&anew, &slope, k);
             }
             assert_relative_eq!(anew[k], both[k], max_relative = 1e-12);
         }
