@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate};
+use crate::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects};
 
 /// Exit codes, as the help shows them.
 const EXIT_CODES: &str = "Exit codes:
@@ -34,6 +34,8 @@ pub enum Command {
     Demo(demo::Arguments),
     /// Find the physical effect that the model lacks, from a measured campaign
     Diagnose(diagnose::Arguments),
+    /// Add effects to the calibrated model by hand, one step of the error ladder at a time
+    Try(try_effects::Arguments),
     /// Diagnose every campaign of a folder with known answers, and count
     BlindTest(blind_test::Arguments),
     /// Estimate friction force and friction characteristic from one measured run

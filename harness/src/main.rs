@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
-use stickslip::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate};
+use stickslip::command::{blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects};
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
@@ -13,6 +13,7 @@ fn main() -> ExitCode {
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
+        Some(Command::Try(arguments)) => try_effects::run(&arguments),
         Some(Command::BlindTest(arguments)) => blind_test::run(&arguments),
         Some(Command::Observe(arguments)) => observe::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{diagnose_page, repaired_model};
 use crate::diagnose::conclude::{climb, conclude};
 use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::select::{Watch, select};
+use crate::diagnose::select::{Selection, Watch, select};
 use crate::diagnose::session::Session;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -59,9 +59,21 @@ pub fn diagnose(
 ) -> Result<Diagnosis, Error> {
     let session = Session::new(fmu, campaign)?;
     let selection = select(&session, watch)?;
+    report(&session, &selection, "diagnose", output, watch)
+}
+
+/// Judges a selection and writes what it found into `output`.
+pub fn report(
+    session: &Session,
+    selection: &Selection,
+    command: &str,
+    output: &Path,
+    watch: &dyn Watch,
+) -> Result<Diagnosis, Error> {
+    let (fmu, campaign) = (session.fmu, session.campaign);
     watch.step("judging on the runs kept out", 0, 1);
-    let rungs = climb(&session, &selection)?;
-    let diagnosis = conclude(&session, &selection, &rungs);
+    let rungs = climb(session, selection)?;
+    let diagnosis = conclude(session, selection, &rungs);
     write_file(
         &output.join("diagnosis.json"),
         to_json(&diagnosis).as_bytes(),
@@ -69,11 +81,11 @@ pub fn diagnose(
     repaired_model::write(fmu, &diagnosis, output)?;
     watch.step("drawing report.html", 0, 1);
     let command = format!(
-        "stickslip diagnose {} -o {}",
+        "stickslip {command} {} -o {}",
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(&session, &selection, &rungs, &diagnosis, &command)?;
+    let page = diagnose_page::html(session, selection, &rungs, &diagnosis, &command)?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }

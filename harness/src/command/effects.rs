@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let catalogue = candidates(&fmu)?;
     let chosen = match &arguments.id {
-        Some(id) => vec![find(&catalogue, id, fmu.path())?],
+        Some(id) => vec![&catalogue[find(&catalogue, id, fmu.path())?]],
         None => catalogue.iter().collect(),
     };
     if arguments.json {
@@ -51,14 +51,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
-fn find<'a>(
-    catalogue: &'a [Candidate],
-    id: &str,
-    fmu: &std::path::Path,
-) -> Result<&'a Candidate, Error> {
+/// Index in the catalogue of the effect with an identifier.
+///
+/// # Errors
+/// An identifier that the FMU does not declare.
+pub fn find(catalogue: &[Candidate], id: &str, fmu: &std::path::Path) -> Result<usize, Error> {
     catalogue
         .iter()
-        .find(|c| c.id == id)
+        .position(|c| c.id == id)
         .ok_or_else(|| Error::UnknownEffect {
             path: fmu.to_owned(),
             id: id.to_owned(),

@@ -11,6 +11,7 @@ pub mod operating_point;
 pub mod pack;
 pub mod repaired_model;
 pub mod simulate;
+pub mod try_effects;
 
 use std::path::Path;
 

@@ -80,12 +80,9 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let states = super::fit::Effort {
-        knobs: false,
-        ..search::effort(5)
-    };
-    let found = Fitter::new(&mut predictor, &h, &data, states).run(start);
-    let fit = Fitter::new(&mut predictor, &h, &data, search::effort(6)).run(found.point);
+    let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(6));
+    let found = fitter.settle(start);
+    let fit = fitter.run(found.point);
     let simulations = predictor.count;
     Ok(Trial {
         hypothesis: h,

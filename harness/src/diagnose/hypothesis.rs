@@ -223,7 +223,7 @@ impl Hypothesis {
             )
         };
         let offset = Knob {
-            name: "sensor.offset".into(),
+            name: super::knob::OFFSET.into(),
             unit: "m".into(),
             targets: vec![(reference("sensor.offset")?, 1.0)],
             scale: Scale::Linear,

@@ -113,6 +113,12 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
     let h = &trial.hypothesis;
     let mut predictor =
         Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
+    // What varies with the place on the belt can be learned only where the run passes: there every shot
+    // teaches, and what is judged are the samples in between those used (every second).
+    let local = h.own.iter().flatten().any(|k| k.support.is_some());
+    let mut both: Vec<usize> = learn.iter().chain(&test).copied().collect();
+    both.sort_unstable();
+    let learn = if local { both.clone() } else { learn };
     let learn_shots: Vec<Shot> = learn.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &learn_shots);
     start.shared.clone_from(&trial.fit.point.shared);
@@ -130,8 +136,6 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
     };
     let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own);
     // Both halves together, so that a start can be taken from the end of the shot before.
-    let mut both: Vec<usize> = learn.iter().chain(&test).copied().collect();
-    both.sort_unstable();
     let shots: Vec<Shot> = both.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &shots);
     start.shared = learned.point.shared;
@@ -141,13 +145,11 @@ pub fn held_out(session: &Session, trial: &Trial) -> Result<Judgement, Error> {
         noise: &session.noise,
         weight: 1.0,
     };
-    let states = Effort {
-        iterations: 7,
-        knobs: false,
-        tolerance: 0.0,
+    let judged = Effort {
+        stride: if local { 1 } else { STRIDE },
         ..own
     };
-    let fit = Fitter::new(&mut predictor, h, &data, states).run(start);
+    let fit = Fitter::new(&mut predictor, h, &data, judged).settle(start);
     Ok(of_fit(session, &test, &only(&fit, &both, &test)))
 }
 
@@ -197,7 +199,9 @@ fn learn_own<'a>(
         })
         .collect();
     if phases.is_empty() {
-        return Fitter::new(predictor, h, &data, effort).run(start);
+        let mut fitter = Fitter::new(predictor, h, &data, effort);
+        let settled = fitter.settle(start);
+        return fitter.run(settled.point);
     }
     debug_assert!(
         phases
@@ -207,6 +211,8 @@ fn learn_own<'a>(
     // The phase of each run is looked for on a circle of starts, all runs at once, run by run the best.
     let quick = Effort {
         iterations: 2,
+        share: 0.5,
+        revive: false,
         ..effort
     };
     let mut best: Vec<(f64, f64)> = vec![(f64::INFINITY, 0.0); h.own.len()];
@@ -235,5 +241,7 @@ fn learn_own<'a>(
     for &(run, i) in &phases {
         point.own[run][i] = best[run].1;
     }
-    Fitter::new(predictor, h, &data, effort).run(point)
+    let mut fitter = Fitter::new(predictor, h, &data, effort);
+    let settled = fitter.settle(point);
+    fitter.run(settled.point)
 }

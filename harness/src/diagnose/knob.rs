@@ -1,5 +1,8 @@
 //! Knobs: the quantities that a calibration turns, each with its scale, prior and bounds.
 
+/// Name of the knob that is added to the displacement as it is.
+pub const OFFSET: &str = "sensor.offset";
+
 /// How a knob is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -66,5 +69,10 @@ impl Knob {
         let value = self.value(position);
         let width = 1e-6 * (self.max - self.min).abs();
         value <= self.min + width || value >= self.max - width
+    }
+
+    /// Whether it is a constant that the sensor adds.
+    pub fn is_offset(&self) -> bool {
+        self.name == OFFSET
     }
 }

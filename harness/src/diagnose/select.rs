@@ -186,6 +186,52 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     })
 }
 
+/// Adds the effects with these indices one after another, whether they help or not.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn follow(
+    session: &Session,
+    effects: &[usize],
+    watch: &dyn Watch,
+) -> Result<Selection, Error> {
+    let indices = session.fit_shots(SCREEN_EVERY);
+    let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
+    let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
+    watch.step("calibrating the reference model", 0, 1 + effects.len());
+    let (as_given, as_given_holdout) = as_given(session, &indices, &shots)?;
+    let base = baseline(session, &shots)?;
+    let calibrated = Contender::new(session, Vec::new(), base, &indices);
+    let mut path: Vec<Contender> = Vec::new();
+    for (done, &effect) in effects.iter().enumerate() {
+        if watch.stop() {
+            break;
+        }
+        watch.step(&session.catalogue[effect].id, 1 + done, 1 + effects.len());
+        let base = path.last().unwrap_or(&calibrated);
+        let mut forms = parallel(&variants(session, effect), |choice| {
+            let mut choices = base.choices.clone();
+            choices.push(choice.clone());
+            let trial = search(session, &choices, &shots, &base.trial, THOROUGH)?;
+            Ok(Contender::new(session, choices, trial, &indices))
+        })?;
+        forms.sort_by(|a, b| a.score(samples).total_cmp(&b.score(samples)));
+        path.push(forms.swap_remove(0));
+    }
+    let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    Ok(Selection {
+        as_given,
+        as_given_holdout,
+        calibrated,
+        singles: Vec::new(),
+        pairs: Vec::new(),
+        explained,
+        samples,
+        stopped: path.len() < effects.len(),
+        path,
+    })
+}
+
 /// The reference model with its nominal values.
 fn as_given(
     session: &Session,

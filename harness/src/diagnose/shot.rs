@@ -1,8 +1,8 @@
 //! Shots: short pieces of a run, each predicted from a start state of its own.
 //!
 //! Free simulation over a whole run says nothing once the motion is irregular; over 20 ms the
-//! prediction depends on the model and not on rounding. Shots start far from transitions, in mid-stick
-//! or mid-slip, and follow one another over the whole run.
+//! prediction depends on the model and not on rounding. Shots start far from transitions and follow one
+//! another over the whole run.
 
 use crate::error::Error;
 use crate::measurement::Run;
@@ -95,7 +95,17 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
     Ok(Smoothing { stick_slip, cycle })
 }
 
-/// Cuts a run into shots of about `horizon` s.
+/// Distance in s from a transition that is far enough for a start, ...
+const FAR: f64 = 1.5e-3;
+/// ... and that is too near.
+const NEAR: f64 = 3e-4;
+/// Longest shot in multiples of the horizon.
+const LONGEST: usize = 2;
+
+/// Cuts a run into shots of `horizon` s to twice that.
+///
+/// A shot starts in slip where it can: slipping, all modes show in the displacement, while in stick the
+/// tip goes with the belt whatever the beam does inside, until it breaks away.
 pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<Shot> {
     let h = run.sample_interval();
     let trusted = run.trusted();
@@ -110,19 +120,32 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
             .map(|p| (p.start - t).abs())
             .fold(f64::INFINITY, f64::min)
     };
+    let slips = |k: usize| {
+        let t = slot(k) as f64 * h;
+        let phase = s.phases.iter().rev().find(|p| p.start <= t);
+        phase.is_some_and(|p| p.mode != PhaseMode::Stick)
+    };
+    // The best sample of a window: furthest from transitions, up to what is far enough.
+    let best = |window: std::ops::Range<usize>, slip: bool| {
+        window
+            .filter(|&k| trusted[k] && slips(k) == slip)
+            .max_by(|&a, &b| {
+                clearance(a)
+                    .min(FAR)
+                    .total_cmp(&clearance(b).min(FAR))
+                    .then(b.cmp(&a))
+            })
+    };
     // The first samples are the smoother's worst, so the first shot starts a little later.
     let margin = (length / 20).max(4);
     let mut starts = Vec::new();
     let mut at = margin;
     while at + length <= run.time.len() {
-        let window = at..(at + length / 5).min(run.time.len() - length + 1);
-        let best = window.filter(|&k| trusted[k]).max_by(|&a, &b| {
-            clearance(a)
-                .min(1.5e-3)
-                .total_cmp(&clearance(b).min(1.5e-3))
-                .then(b.cmp(&a))
-        });
-        match best {
+        let last = run.time.len() - length + 1;
+        let near = best(at..(at + length / 5).min(last), true)
+            .or_else(|| best(at..(at + length * LONGEST).min(last), true))
+            .filter(|&k| clearance(k) > NEAR);
+        match near.or_else(|| best(at..(at + length / 5).min(last), false)) {
             Some(k) => {
                 starts.push(k);
                 at = k + length;
@@ -130,6 +153,13 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
             None => at += length / 5 + 1,
         }
     }
+    // A shot lasts until the next one starts, so that a long stick is followed to its break-away.
+    let end_of = |i: usize| {
+        let first = starts[i];
+        let next = starts.get(i + 1).copied().unwrap_or(first + length);
+        next.clamp(first + length, first + length * LONGEST)
+    };
+    let ends: Vec<usize> = (0..starts.len()).map(end_of).collect();
     let travel = |k: usize| {
         let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)]
             - s.smoothed.displacement[0];
@@ -137,8 +167,9 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
     };
     starts
         .into_iter()
-        .map(|first| {
-            let range = first..first + length;
+        .zip(ends)
+        .map(|(first, end)| {
+            let range = first..end;
             let t = slot(first) as f64 * h;
             let phase = s
                 .phases
@@ -162,7 +193,7 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
                 stuck,
                 dwell: if stuck { t - phase.start } else { 0.0 },
                 travel: travel(first),
-                travel_end: travel(first + length - 1),
+                travel_end: travel(end - 1),
                 state,
             }
         })

@@ -1,0 +1,59 @@
+//! `stickslip try`: adds effects to the calibrated model by hand, one step of the error ladder at a time.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::diagnose::{Progress, report, terminal, to_json};
+use crate::diagnose::select::follow;
+use crate::diagnose::session::Session;
+use crate::error::Error;
+use crate::measurement::Campaign;
+use crate::output::make_folder;
+
+/// Options of `try`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder with campaign.toml and the CSV files, or the path of campaign.toml
+    #[arg(value_name = "CAMPAIGN")]
+    campaign: PathBuf,
+    /// Effect to add; give it again for a further one (`stickslip effects` lists them)
+    #[arg(long = "add", value_name = "ID", required = true)]
+    add: Vec<String>,
+    /// FMU to try [default: this repository's StickSlipBeam, packed on the spot]
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Folder for diagnosis.json, report.html, model.toml, the .ssv and the repaired .fmu
+    #[arg(short, long, value_name = "DIR", default_value = "try")]
+    output: PathBuf,
+    /// Print diagnosis.json instead of the summary
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let campaign = Campaign::load(&arguments.campaign)?;
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let session = Session::new(&fmu, &campaign)?;
+    let mut effects = Vec::new();
+    for id in &arguments.add {
+        let index = super::effects::find(&session.catalogue, id, fmu.path())?;
+        if !effects.contains(&index) {
+            effects.push(index);
+        }
+    }
+    make_folder(&arguments.output)?;
+    let progress = Progress::new();
+    let selection = follow(&session, &effects, &progress)?;
+    let command = format!("try --add {}", arguments.add.join(" --add "));
+    let diagnosis = report(&session, &selection, &command, &arguments.output, &progress)?;
+    progress.finish();
+    if arguments.json {
+        println!("{}", to_json(&diagnosis));
+    } else {
+        print!("{}", terminal(&diagnosis));
+        println!("Report: {}", arguments.output.join("report.html").display());
+    }
+    Ok(())
+}

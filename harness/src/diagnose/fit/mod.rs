@@ -1,0 +1,376 @@
+//! Calibration: multiple shooting with a loss that forgives the few shots that graze a transition.
+//!
+//! Objective: `Q = sum_shots n/2 ln(1 + S/(n s^2)) + sum_knobs ((u - u_prior)/s_prior)^2 / 2`, with S the
+//! sum of squares of a shot's n residuals and s the sensor noise: each shot has an error variance of its
+//! own, at least the noise's (Student-t on shots). Minimised by Levenberg-Marquardt on the equivalent
+//! weighted least squares; the start states of each shot are eliminated (Schur complement), so that the
+//! cost grows linearly with the number of shots. A step is accepted by Q without the fifth of the shots
+//! that fit worst: one shot that comes to graze a transition would else bar the way for all others.
+
+mod jacobian;
+mod normal;
+mod revive;
+
+pub(super) use normal::scaled_inverse;
+
+use self::normal::Normal;
+use super::hypothesis::Hypothesis;
+use super::predictor::{Point, Predictor};
+use super::shot::Shot;
+use nalgebra::{DMatrix, DVector};
+
+/// Steps taken on one Jacobian after the first, with Broyden's update in between: each costs one
+/// prediction a shot where a Jacobian costs one a knob.
+const QUASI_STEPS: usize = 2;
+/// A shot whose sum of squares grows by more than this in a step has left its basin.
+const LOST: f64 = 4.0;
+/// Iterations before which shots in a wrong basin get other starts.
+const REVIVALS: [usize; 2] = [1, 3];
+/// Share of the shots, those that fit worst, that fits are compared without.
+const TRIMMED: f64 = 0.2;
+
+/// How a fit is done.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Largest number of Jacobians.
+    pub iterations: usize,
+    /// Every how many-th sample is used.
+    pub stride: usize,
+    /// Share of each shot that is used, from its start.
+    pub share: f64,
+    /// A fit ends once Q falls by less than this share in an iteration.
+    pub tolerance: f64,
+    /// Whether shared and own knobs move, or only the start states.
+    pub knobs: bool,
+    /// Whether the shared knobs move.
+    pub shared: bool,
+    /// Whether shots that start in the wrong basin get other starts.
+    pub revive: bool,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The point reached.
+    pub point: Point,
+    /// Objective there.
+    pub objective: f64,
+    /// Objective without the fifth of the shots that fit worst: what fits are compared by, since one
+    /// grazing shot more or less says nothing about the model.
+    pub trimmed: f64,
+    /// Mean square residual of each shot in m^2.
+    pub mean_square: Vec<f64>,
+    /// Covariance of the shared knobs on their scales (empty before it was asked for).
+    pub covariance: Option<DMatrix<f64>>,
+}
+
+/// Shots, noise and weights of one fit.
+pub struct Data<'a> {
+    /// Shots to be fitted.
+    pub shots: &'a [Shot],
+    /// Sensor noise of each run in m.
+    pub noise: &'a [f64],
+    /// How independent the samples are: residuals of neighbouring samples count together.
+    pub weight: f64,
+}
+
+/// Directions in which a shot's start state may move: index of the state and its scale.
+pub(super) fn directions(h: &Hypothesis, stuck: bool) -> Vec<usize> {
+    let modal = 2 * h.modes;
+    (0..modal + h.extra_states.len())
+        // In rigid stick the first modal velocity follows from v_r = 0.
+        .filter(|&i| !(stuck && !h.has_memory && i == 1))
+        .collect()
+}
+
+/// Where a fit stands.
+struct Place {
+    point: Point,
+    /// Residuals of each shot in m; `None` where the FMU gave up.
+    residual: Vec<Option<Vec<f64>>>,
+    /// Their sums of squares in m^2.
+    sums: Vec<f64>,
+    /// Objective without the shots that fit worst.
+    merit: f64,
+}
+
+/// A fit in progress.
+pub struct Fitter<'a, 'b> {
+    predictor: &'b mut Predictor<'a>,
+    hypothesis: &'a Hypothesis,
+    data: &'b Data<'b>,
+    effort: Effort,
+    /// Step of each difference quotient, adapted to the response.
+    shared_step: Vec<f64>,
+    own_step: Vec<Vec<f64>>,
+    state_step: Vec<f64>,
+    buffer: Vec<f64>,
+}
+
+impl<'a, 'b> Fitter<'a, 'b> {
+    /// A fitter.
+    pub fn new(
+        predictor: &'b mut Predictor<'a>,
+        hypothesis: &'a Hypothesis,
+        data: &'b Data<'b>,
+        effort: Effort,
+    ) -> Self {
+        let mut state_step = Vec::new();
+        for j in 0..hypothesis.modes {
+            let _ = j;
+            state_step.extend([1e-8, 1e-5]);
+        }
+        state_step.extend(hypothesis.extra_states.iter().map(|s| 1e-3 * s.1));
+        Self {
+            shared_step: hypothesis.shared.iter().map(|k| k.step).collect(),
+            own_step: hypothesis
+                .own
+                .iter()
+                .map(|run| run.iter().map(|k| k.step).collect())
+                .collect(),
+            state_step,
+            predictor,
+            hypothesis,
+            data,
+            effort,
+            buffer: Vec::new(),
+        }
+    }
+
+    /// Times of a shot that are used.
+    fn used(&self, shot: &Shot) -> usize {
+        ((shot.time.len() as f64 * self.effort.share).ceil() as usize).clamp(2, shot.time.len())
+    }
+
+    fn residual(&mut self, k: usize, point: &Point) -> Option<Vec<f64>> {
+        let shot = &self.data.shots[k];
+        let used = self.used(shot);
+        let mut out = std::mem::take(&mut self.buffer);
+        let result = self.predictor.predict(
+            shot,
+            &point.shared,
+            &point.own[shot.run],
+            &point.states[k],
+            point.stuck[k],
+            used,
+            self.effort.stride,
+            &mut out,
+        );
+        let stride = self.effort.stride;
+        let residual = result.ok().filter(|done| *done).map(|_| {
+            out.iter()
+                .enumerate()
+                .map(|(i, y)| {
+                    if shot.trusted[i * stride] {
+                        shot.measured[i * stride] - y
+                    } else {
+                        0.0
+                    }
+                })
+                .collect::<Vec<f64>>()
+        });
+        self.buffer = out;
+        residual.filter(|r| r.iter().all(|v| v.is_finite()))
+    }
+
+    fn count(&self, k: usize) -> f64 {
+        let shot = &self.data.shots[k];
+        (shot.count as f64 * self.effort.share / self.effort.stride as f64).max(1.0)
+    }
+
+    fn loss(&self, k: usize, sum: f64) -> f64 {
+        let n = self.count(k);
+        let noise = self.data.noise[self.data.shots[k].run];
+        0.5 * n * self.data.weight * (1.0 + sum / (n * noise * noise)).ln()
+    }
+
+    fn prior_loss(&self, point: &Point) -> f64 {
+        let one = |knob: &super::knob::Knob, u: f64| {
+            if knob.prior_std > 0.0 {
+                0.5 * ((u - knob.position(knob.prior)) / knob.prior_std).powi(2)
+            } else {
+                0.0
+            }
+        };
+        let shared: f64 = self
+            .hypothesis
+            .shared
+            .iter()
+            .zip(&point.shared)
+            .map(|(k, u)| one(k, *u))
+            .sum();
+        let runs: Vec<usize> = self.runs();
+        let own: f64 = runs
+            .iter()
+            .map(|&r| {
+                self.hypothesis.own[r]
+                    .iter()
+                    .zip(&point.own[r])
+                    .map(|(k, u)| one(k, *u))
+                    .sum::<f64>()
+            })
+            .sum();
+        shared + own + self.state_prior(point)
+    }
+
+    fn state_prior(&self, point: &Point) -> f64 {
+        let modal = 2 * self.hypothesis.modes;
+        let mut sum = 0.0;
+        for x in &point.states {
+            for (value, (_, nominal)) in x[modal..].iter().zip(&self.hypothesis.extra_states) {
+                sum += 0.5 * (value / (10.0 * nominal)).powi(2);
+            }
+        }
+        sum
+    }
+
+    /// Adds the weak prior on deviations of the effects' states from equilibrium; `variance` is that of
+    /// the residuals that the system counts as one.
+    fn add_state_prior(
+        &self,
+        list: &[usize],
+        state: &[f64],
+        variance: f64,
+        xx: &mut DMatrix<f64>,
+        gx: &mut DVector<f64>,
+    ) {
+        let modal = 2 * self.hypothesis.modes;
+        for (c, &i) in list.iter().enumerate() {
+            if i >= modal {
+                let precision =
+                    variance * (10.0 * self.hypothesis.extra_states[i - modal].1).powi(-2);
+                xx[(c, c)] += precision;
+                gx[c] -= precision * state[i];
+            }
+        }
+    }
+
+    fn runs(&self) -> Vec<usize> {
+        let mut runs: Vec<usize> = self.data.shots.iter().map(|s| s.run).collect();
+        runs.sort_unstable();
+        runs.dedup();
+        runs
+    }
+
+    /// Predicts every shot at a point.
+    fn evaluate(&mut self, point: Point) -> Place {
+        let residual: Vec<Option<Vec<f64>>> = (0..self.data.shots.len())
+            .map(|k| self.residual(k, &point))
+            .collect();
+        let mut place = Place {
+            sums: residual.iter().map(sum_of_squares).collect(),
+            point,
+            residual,
+            merit: 0.0,
+        };
+        place.merit = self.trimmed(&place.point, &place.sums);
+        place
+    }
+
+    /// Minimises the objective from `start`.
+    pub fn run(&mut self, start: Point) -> Fit {
+        let mut here = self.evaluate(start);
+        let mut damping = 1e-3;
+        let mut covariance = None;
+        for iteration in 0..self.effort.iterations {
+            if self.effort.revive && REVIVALS.contains(&iteration) {
+                self.revive(&mut here);
+            }
+            let before = here.merit;
+            let mut linear = self.linearise_all(&here);
+            for quasi in 0..=QUASI_STEPS {
+                let system = Normal::assemble(self, &here, &linear);
+                if quasi == 0 && self.effort.knobs {
+                    covariance = system.covariance();
+                }
+                let Some(next) = self.descend(&here, &system, &mut damping) else {
+                    break;
+                };
+                let fall = here.merit - next.merit;
+                jacobian::update(&mut linear, self.hypothesis, self.data.shots, &here, &next);
+                here = next;
+                if fall < self.effort.tolerance * before.abs() {
+                    break;
+                }
+            }
+            if before - here.merit < self.effort.tolerance * before.abs() {
+                break;
+            }
+        }
+        let mean_square = (0..here.sums.len())
+            .map(|k| here.sums[k] / self.count(k))
+            .collect();
+        Fit {
+            objective: self.total(&here.point, &here.sums),
+            trimmed: here.merit,
+            point: here.point,
+            mean_square,
+            covariance,
+        }
+    }
+
+    /// One step of Levenberg-Marquardt; `None` if no damping gives a fall.
+    fn descend(&mut self, here: &Place, system: &Normal, damping: &mut f64) -> Option<Place> {
+        for _ in 0..6 {
+            if let Some(trial) = system.step(self, &here.point, *damping) {
+                let next = self.repair(trial, here);
+                if next.merit < here.merit {
+                    *damping = (*damping * 0.2).max(1e-9);
+                    return Some(next);
+                }
+            }
+            *damping *= 8.0;
+        }
+        None
+    }
+
+    /// Evaluates a trial; where a shot fared much worse than before, its old start state gets a chance.
+    fn repair(&mut self, trial: Point, old: &Place) -> Place {
+        let mut next = self.evaluate(trial);
+        for k in 0..next.sums.len() {
+            if next.sums[k] > LOST * old.sums[k] {
+                let new = std::mem::replace(
+                    &mut next.point.states[k],
+                    old.point.states[k].clone(),
+                );
+                let residual = self.residual(k, &next.point);
+                let sum = sum_of_squares(&residual);
+                if sum < next.sums[k] {
+                    next.sums[k] = sum;
+                    next.residual[k] = residual;
+                } else {
+                    next.point.states[k] = new;
+                }
+            }
+        }
+        next.merit = self.trimmed(&next.point, &next.sums);
+        next
+    }
+
+    fn trimmed(&self, point: &Point, sums: &[f64]) -> f64 {
+        let mut losses: Vec<f64> = sums
+            .iter()
+            .enumerate()
+            .map(|(k, s)| self.loss(k, *s))
+            .collect();
+        losses.sort_by(f64::total_cmp);
+        losses.truncate((losses.len() as f64 * (1.0 - TRIMMED)).ceil() as usize);
+        self.prior_loss(point) + losses.iter().sum::<f64>()
+    }
+
+    fn total(&self, point: &Point, sums: &[f64]) -> f64 {
+        self.prior_loss(point)
+            + sums
+                .iter()
+                .enumerate()
+                .map(|(k, s)| self.loss(k, *s))
+                .sum::<f64>()
+    }
+}
+
+/// Sum of the squares; infinite where the FMU gave up.
+fn sum_of_squares(residual: &Option<Vec<f64>>) -> f64 {
+    residual
+        .as_ref()
+        .map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum())
+}

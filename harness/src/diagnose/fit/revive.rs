@@ -1,0 +1,158 @@
+//! Other start states for shots that ended in a wrong basin.
+
+use super::normal::scaled_inverse;
+use super::{Effort, Fit, Fitter, Place, directions, sum_of_squares};
+use crate::diagnose::predictor::{Point, ShotStart};
+use nalgebra::DVector;
+
+/// Shares of a shot over which its start is fitted one after another, and iterations for each.
+const GROWING: [(f64, usize); 3] = [(0.25, 4), (0.5, 3), (1.0, 6)];
+
+impl Fitter<'_, '_> {
+    fn sum(&mut self, k: usize, point: &Point) -> f64 {
+        sum_of_squares(&self.residual(k, point))
+    }
+
+    /// Fits the start states alone, over a growing share of the shots: the beginning of a shot is met from
+    /// afar where its end would lead astray.
+    pub fn settle(&mut self, start: Point) -> Fit {
+        let effort = self.effort;
+        let mut point = start;
+        for (share, iterations) in GROWING {
+            self.effort = Effort {
+                knobs: false,
+                share,
+                iterations,
+                revive: share == 1.0,
+                ..effort
+            };
+            let fit = self.run(point);
+            if share == 1.0 {
+                self.effort = effort;
+                return fit;
+            }
+            point = fit.point;
+        }
+        unreachable!("the last share is the whole")
+    }
+
+    /// Fits the start state of one shot alone over a growing share of it, from the start it has in `point`.
+    fn fit_start(&mut self, k: usize, point: &mut Point) -> f64 {
+        let share = self.effort.share;
+        let mut sum = f64::INFINITY;
+        for (part, iterations) in GROWING {
+            self.effort.share = share * part;
+            sum = self.fit_start_over(k, point, iterations);
+        }
+        self.effort.share = share;
+        sum
+    }
+
+    fn fit_start_over(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {
+        let knobs = std::mem::replace(&mut self.effort.knobs, false);
+        let mut sum = self.sum(k, point);
+        let mut damping = 1e-3;
+        for _ in 0..iterations {
+            let Some(residual) = self.residual(k, point) else {
+                break;
+            };
+            let l = self.linearise(k, point, residual);
+            let list = directions(self.hypothesis, point.stuck[k]);
+            let mut xx = l.states.tr_mul(&l.states);
+            let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
+            self.add_state_prior(
+                &list,
+                &point.states[k],
+                sum / self.count(k),
+                &mut xx,
+                &mut gx,
+            );
+            let before = sum;
+            for _ in 0..4 {
+                if let Some(inverse) = scaled_inverse(&xx, damping) {
+                    let step = inverse * &gx;
+                    let old = point.states[k].clone();
+                    for (c, &i) in list.iter().enumerate() {
+                        point.states[k][i] += step[c];
+                    }
+                    let new = self.sum(k, point);
+                    if new < sum {
+                        sum = new;
+                        damping *= 0.1;
+                        break;
+                    }
+                    point.states[k] = old;
+                }
+                damping *= 10.0;
+            }
+            if before - sum < 1e-2 * before {
+                break;
+            }
+        }
+        self.effort.knobs = knobs;
+        sum
+    }
+
+    /// Gives shots that fit far worse than the others another start: the end of the shot before, the
+    /// smoothed state, and both with the other mode of the contact.
+    pub(super) fn revive(&mut self, here: &mut Place) {
+        let Place { point, sums, .. } = here;
+        let ratio = |this: &Self, k: usize, sum: f64| {
+            let noise = this.data.noise[this.data.shots[k].run];
+            sum / (this.count(k) * noise * noise)
+        };
+        let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
+        sorted.sort_by(f64::total_cmp);
+        // At most the worst third, and only those far above the better half.
+        let limit =
+            (16.0 * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
+        let mut changed = Vec::new();
+        for k in 0..sums.len() {
+            if ratio(self, k, sums[k]) < limit {
+                continue;
+            }
+            changed.push(k);
+            let shot = &self.data.shots[k];
+            let mut starts = Vec::new();
+            if k > 0
+                && self.data.shots[k - 1].run == shot.run
+                && ratio(self, k - 1, sums[k - 1]) < limit
+            {
+                let _ = self.sum(k - 1, point);
+                if let Ok(start) = self.predictor.carry_on(shot) {
+                    starts.push(start);
+                }
+            }
+            let mut smoothed = shot.state.clone();
+            smoothed.resize(point.states[k].len(), 0.0);
+            starts.push(ShotStart {
+                state: smoothed.clone(),
+                stuck: !shot.stuck,
+            });
+            starts.push(ShotStart {
+                state: smoothed,
+                stuck: shot.stuck,
+            });
+            let mut best = (sums[k], point.start(k));
+            for start in starts {
+                point.states[k] = start.state;
+                point.stuck[k] = start.stuck;
+                let sum = self.fit_start(k, point);
+                if sum < best.0 {
+                    best = (sum, point.start(k));
+                }
+                if ratio(self, k, best.0) < limit {
+                    break;
+                }
+            }
+            sums[k] = best.0;
+            point.states[k] = best.1.state;
+            point.stuck[k] = best.1.stuck;
+        }
+        for k in changed {
+            here.residual[k] = self.residual(k, &here.point);
+            here.sums[k] = sum_of_squares(&here.residual[k]);
+        }
+        here.merit = self.trimmed(&here.point, &here.sums);
+    }
+}
