@@ -99,7 +99,7 @@ pub struct Statistics {
     pub slip_steps: u64,
     /// Pieces of stick integrated.
     pub stick_steps: u64,
-    /// Evaluations of the rates.
+    /// Evaluations of the rates; each power of a series counts as one.
     pub evaluations: u64,
 }
 

@@ -40,19 +40,10 @@ pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
     (a - convolve(&b[1..=k], &quotient[..k])) / b[0]
 }
 
-/// `sum a_i b_(n-1-i)` of lists of the same length n, in four sums that do not wait for one another.
+/// `sum a_i b_(n-1-i)` of lists of the same length n.
 #[inline]
 fn convolve(a: &[f64], b: &[f64]) -> f64 {
-    let (a, b) = (a.chunks_exact(4), b.rchunks_exact(4));
-    let rest = a.remainder().iter().zip(b.remainder().iter().rev());
-    let rest: f64 = rest.map(|(x, y)| x * y).sum();
-    let mut sums = [0.0; 4];
-    for (x, y) in a.zip(b) {
-        for i in 0..4 {
-            sums[i] += x[i] * y[3 - i];
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()
 }
 
 /// Whether the series up to `degree` certainly is not negative on `[0, theta]`.
