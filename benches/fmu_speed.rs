@@ -1,20 +1,18 @@
-//! The default case through the physics, through the FMU's C interface, and in a peer, in one run:
-//! `cargo bench --bench fmu_speed`. Times in ms, the best of several; the peer (heyoka) is measured
-//! where `target/peers-venv` has it (see benches/peers/heyoka_default_case.py).
+//! The default case through the FMU's C interface, and what starting anew costs:
+//! `cargo bench --bench fmu_speed`. Times are the best of several; `default_case` compares with a peer.
 
 use std::hint::black_box;
-use std::process::Command;
 use std::time::Instant;
-use stickslip_tests::root;
 use stickslip_tests::slave::{OK, Slave};
 use stickslip_tests::variables::reference;
 
-/// Start of the default case (100 N, 0.10 m/s, in stick): q_1, q_1', q_2, q_2'.
-const START: [f64; 4] = [
+/// Start of the default case (100 N, 0.10 m/s, in stick): q_1, q_1', q_2, q_2', and the tolerance.
+const START: [f64; 5] = [
     0.001_162_331_347_770_524_6,
     0.05,
     -2.860_023_308_624_127_7e-5,
     0.0,
+    1e-9,
 ];
 
 fn best_of(count: usize, mut run: impl FnMut()) -> f64 {
@@ -28,7 +26,7 @@ fn best_of(count: usize, mut run: impl FnMut()) -> f64 {
 }
 
 fn main() {
-    let starts = ["q[1]", "q_dot[1]", "q[2]", "q_dot[2]"].map(reference);
+    let starts = ["q[1]", "q_dot[1]", "q[2]", "q_dot[2]", "tolerance"].map(reference);
     let slave = Slave::new();
     let begin = || {
         assert_eq!(slave.reset(), OK);
@@ -88,21 +86,4 @@ fn main() {
     println!("  FMU, H = 1e-4 s, 8 outputs read              {full:8.3} ms");
     println!("  reset + set starts + setup + initialise      {restart:8.3} us");
     println!("  get state / set state                        {save:8.3} / {restore:.3} us");
-    let python = root().join("target/peers-venv/bin/python");
-    let script = root().join("benches/peers/heyoka_default_case.py");
-    match Command::new(&python).arg(&script).output() {
-        Ok(out) if out.status.success() => {
-            let text = String::from_utf8_lossy(&out.stdout);
-            let peer: f64 = text.trim().parse().expect("the script prints milliseconds");
-            println!("  heyoka (adaptive Taylor, terminal events)    {peer:8.3} ms");
-            println!(
-                "  ratio one step / heyoka                      {:8.3}",
-                one_step / peer
-            );
-        }
-        _ => println!(
-            "  heyoka not measured: python3 -m venv target/peers-venv && \
-             target/peers-venv/bin/pip install heyoka==7.13.2"
-        ),
-    }
 }

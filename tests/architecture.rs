@@ -177,7 +177,7 @@ fn effects() -> Vec<String> {
     sources("fmu-src/physics/src/effects")
         .iter()
         .filter_map(|s| Some(s.path.rsplit('/').next()?.strip_suffix(".rs")?.to_owned()))
-        .filter(|name| name != "mod" && name != "user_expression")
+        .filter(|name| !["mod", "series", "user_expression"].contains(&name.as_str()))
         .collect()
 }
 

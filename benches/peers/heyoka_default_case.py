@@ -1,7 +1,8 @@
-"""The default case in heyoka: adaptive Taylor integration with terminal events. Prints the best time in ms.
+"""The default case in heyoka: adaptive Taylor integration with terminal events.
 
-pip install heyoka==7.13.2. The model is written here anew from Stelter 1992, eqs. (1)-(7): two modes, 100 N,
-0.10 m/s, 2 s, 132 transitions. Compilation is not counted; tolerance 1e-9 (first argument changes it).
+Computes it once for every line on its input and answers with the time in ms. The model is written here anew from
+Stelter 1992, eqs. (1)-(7): two modes, 100 N, 0.10 m/s, 2 s, 132 transitions. Compilation is not counted; tolerance
+1e-9 (first argument changes it).
 """
 import sys
 import time
@@ -73,11 +74,10 @@ def run():
             mode = -1 if force > 0 else 1
 
 
-best, transitions = float("inf"), run()
-for _ in range(15):
+for _ in sys.stdin:
     begun = time.perf_counter()
     transitions = run()
-    best = min(best, time.perf_counter() - begun)
-if TOLERANCE <= 1e-9 and transitions != 132:
-    sys.exit(f"{transitions} transitions instead of 132")
-print(f"{best * 1e3:.3f}")
+    elapsed = time.perf_counter() - begun
+    if TOLERANCE <= 1e-9 and transitions != 132:
+        sys.exit(f"{transitions} transitions instead of 132")
+    print(f"{elapsed * 1e3:.4f}", flush=True)

@@ -41,7 +41,7 @@ fn a_ramp_by_derivatives_does_not_depend_on_the_step() {
                 assert_eq!(slave.set_rate("belt_velocity", 1, 0.3), OK);
                 assert_eq!(slave.set_rate("normal_force", 1, -400.0), OK);
             }
-            assert_eq!(slave.step(point, step), OK);
+            assert_eq!(slave.step(point, step), OK, "{:?}", slave.messages());
         }
         slave.get("tip_displacement")
     };

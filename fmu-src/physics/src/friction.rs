@@ -1,5 +1,7 @@
 //! Friction laws mu(v): the coefficient over the magnitude of the sliding velocity.
 
+pub mod series;
+
 use crate::error::{PhysicsError, require};
 
 /// Most rows of a tabulated law.

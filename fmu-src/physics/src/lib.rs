@@ -21,5 +21,7 @@ pub mod parameters;
 mod plain;
 #[cfg(test)]
 mod plain_comparison;
+#[cfg(test)]
+mod series_conformance;
 pub mod simulate;
 pub mod unit;

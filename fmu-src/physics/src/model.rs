@@ -1,11 +1,14 @@
 //! Beam + belt + contact + enabled effects: rates, constraint force and static limit at one instant.
 
+pub mod series;
+
 use crate::beam::{Beam, MAX_MODES};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion, StateVariable};
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
+use crate::friction::series::ExponentialSum;
 use crate::integrate::{MAX_STATES, State};
 use crate::parameters::ModelParameters;
 use std::sync::Arc;
@@ -17,6 +20,8 @@ struct Enabled {
     states: &'static [StateVariable],
     effect: Box<dyn Effect>,
     first_state: usize,
+    /// First of the effect's registers in power series.
+    first_register: usize,
     /// States inside the modal block are integrated as modes, not by the effect.
     is_mode: bool,
 }
@@ -34,6 +39,12 @@ pub struct Model {
     mode_count: usize,
     mobility: f64,
     friction: FrictionLaw,
+    /// The law again, where slip can be expanded in power series.
+    exponential_sum: Option<ExponentialSum>,
+    /// No effect takes part in slip, other than by a mode that it adds.
+    plain_slip: bool,
+    /// Unit in s of the normalised time of power series.
+    series_unit: f64,
     level: f64,
     static_coefficient: f64,
     sensor_offset: f64,
@@ -106,6 +117,7 @@ impl Model {
                     states: entry.states,
                     effect,
                     first_state: 2 * before,
+                    first_register: 0,
                     is_mode,
                 });
             }
@@ -123,6 +135,7 @@ impl Model {
                 states: user.states(),
                 effect: Box::new(user.compile()?),
                 first_state: 0,
+                first_register: 0,
                 is_mode: false,
             });
         }
@@ -149,6 +162,11 @@ impl Model {
             mode_count: beam.modes().len(),
             mobility: beam.tip_mobility(),
             friction: parameters.friction,
+            exponential_sum: series::exponential_sum(&parameters.friction, &mut effects),
+            plain_slip: effects
+                .iter()
+                .all(|e| e.effect.series().is_some_and(|s| !s.acts_in_slip())),
+            series_unit: 0.0,
             level,
             static_coefficient: parameters.friction.static_coefficient(),
             sensor_offset: parameters.sensor_offset,
@@ -169,6 +187,7 @@ impl Model {
             model.tip_value[j] = mode.tip_value;
             model.gain[j] = mode.tip_value / mode.mass;
         }
+        model.series_unit = 1.0 / model.highest_frequency();
         Ok(model)
     }
 
@@ -260,6 +279,9 @@ impl Model {
 
     /// The first effect that can't be evaluated at this instant.
     pub fn fault(&self, t: f64, x: &State, mode: ContactMode) -> Option<PhysicsError> {
+        if self.effects.is_empty() {
+            return None;
+        }
         let m = self.motion(t, x, mode);
         self.effects.iter().find_map(|e| e.effect.fault(&m))
     }
@@ -328,6 +350,9 @@ impl Model {
 
     /// Largest friction force in N that stick can carry.
     pub fn static_limit(&self, t: f64, x: &State) -> f64 {
+        if self.effects.is_empty() {
+            return self.static_coefficient * self.level * self.inputs.normal_force_at(t);
+        }
         let m = self.kinematics(t, x, ContactMode::Stuck).motion;
         let mut factor = self.friction_factor(&m);
         for e in self.effects.iter() {

@@ -168,6 +168,7 @@ fn val_the_plain_twin_agrees_where_inputs_jump() {
             (0.1, 140.0),
             (0.05, 100.0),
             (0.13, 100.0),
+            (0.1003, 100.0),
             (-0.1, 60.0),
         ] {
             let inputs = Inputs::constant(belt, normal);

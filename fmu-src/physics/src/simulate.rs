@@ -1,6 +1,8 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
+mod expanded;
 pub mod snapshot;
+mod stick;
 
 use crate::belt::Inputs;
 use crate::contact::{ContactMode, Transition};
@@ -8,11 +10,12 @@ use crate::effects::ContactForce;
 use crate::energy::Energy;
 use crate::error::{PhysicsError, require};
 use crate::integrate::dop853::Dop853;
-use crate::integrate::linear::LinearSystem;
 use crate::integrate::roots::first_below_zero;
 use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
 use crate::parameters::ModelParameters;
+use std::sync::Arc;
+use stick::StickSystem;
 
 /// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
 const LEAST_PROGRESS: f64 = 1e-7;
@@ -23,11 +26,6 @@ const LIMIT_NODES: usize = 9;
 
 /// Relative tolerance at which transitions of the default model are good to 1e-6 s over seconds.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
-
-/// Relative velocity in m/s with which slip leaves stick. At break-away friction balances the motion,
-/// so v_r = 0 is a rest from which slip grows like exp(t/tau); this seed fixes its direction against
-/// rounding. The golden values use the same seed; without it, transitions come about 2e-13 s later.
-const DEPARTURE_VELOCITY: f64 = 1e-13;
 
 /// How the contact starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -101,7 +99,7 @@ pub struct Statistics {
     pub slip_steps: u64,
     /// Pieces of stick integrated.
     pub stick_steps: u64,
-    /// Evaluations of the rates.
+    /// Evaluations of the rates; each power of a series counts as one.
     pub evaluations: u64,
 }
 
@@ -142,11 +140,12 @@ pub struct Simulation {
     front_mode: ContactMode,
     segment: Segment,
     segment_mode: ContactMode,
-    /// The polynomials of a slip segment are worked out only once somebody looks at them.
+    /// The polynomials of a segment are worked out only once somebody looks at them.
     segment_is_ready: bool,
     end: End,
     stepper: Dop853,
-    stick_system: Option<LinearSystem>,
+    /// The equations of stick under the present inputs, where they are linear.
+    stick_system: Option<Arc<StickSystem>>,
     first_slip_step: f64,
     /// The slip has left v_r = 0 by more than rounding, so that a return counts as arrival.
     departed: bool,
@@ -240,17 +239,18 @@ impl Simulation {
             require(true, "start state", value, "SI", "finite")?;
         }
         inputs.check()?;
-        self.model.inputs = Inputs {
+        let inputs = Inputs {
             since: start.time,
             ..inputs
         };
+        self.keep_stick_system(&inputs);
+        self.model.inputs = inputs;
         self.model.travel_offset = 0.0;
         self.model.stick_since = start.time - start.dwell;
         self.tolerance = tolerance;
         self.scales = self.model.state_scales();
         self.time = start.time;
         self.front_state = start.state;
-        self.stick_system = None;
         self.transition_count = 0;
         self.last_transition = start.time;
         self.stepper.evaluations = 0;
@@ -345,19 +345,25 @@ impl Simulation {
     /// Prepares the integrator for the mode at the front.
     fn begin_piece(&mut self) {
         if self.front_mode != ContactMode::Stuck {
-            let system = InMode {
-                model: &self.model,
-                mode: self.front_mode,
-            };
-            self.stepper.restart(&system, self.front, &self.front_state);
+            // A series needs nothing but the state.
+            if !self.model.has_series() {
+                self.restart_stepper();
+            }
         } else if !self.model.is_linear_in_stick() {
-            let system = InMode {
-                model: &self.model,
-                mode: ContactMode::Stuck,
-            };
             self.stepper.next_length = self.first_slip_step;
-            self.stepper.restart(&system, self.front, &self.front_state);
+            if !self.model.has_series() {
+                self.restart_stepper();
+            }
         }
+    }
+
+    /// Sets the step-by-step integrator on the front state.
+    fn restart_stepper(&mut self) {
+        let system = InMode {
+            model: &self.model,
+            mode: self.front_mode,
+        };
+        self.stepper.restart(&system, self.front, &self.front_state);
     }
 
     /// Whether v_r is zero to rounding.
@@ -393,8 +399,8 @@ impl Simulation {
         let mode = self.segment_mode;
         let travel = self.model.motion(self.time, &x, mode).travel;
         let dwell_began = self.model.stick_since;
+        self.keep_stick_system(&inputs);
         self.model.inputs = inputs;
-        self.stick_system = None;
         self.scales = self.model.state_scales();
         self.front_state = x;
         self.model.stick_since = dwell_began;
@@ -412,7 +418,8 @@ impl Simulation {
             self.front_mode = mode;
             self.hold(x)?;
         }
-        self.departed = !was_stuck;
+        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it.
+        self.departed |= !was_stuck;
         if was_stuck && self.front_mode != ContactMode::Stuck {
             self.note(Transition {
                 time: self.time,
@@ -467,13 +474,18 @@ impl Simulation {
 
     /// Works out the interpolant of the present segment.
     fn ready_segment(&mut self) {
-        if !self.segment_is_ready {
+        if self.segment_is_ready {
+            return;
+        }
+        self.segment_is_ready = true;
+        if self.segment_mode == ContactMode::Stuck {
+            self.ready_stick();
+        } else {
             let system = InMode {
                 model: &self.model,
                 mode: self.segment_mode,
             };
             self.stepper.segment(&system, &mut self.segment);
-            self.segment_is_ready = true;
         }
     }
 
@@ -515,7 +527,11 @@ impl Simulation {
         let (t, x, mode) = (self.front, self.front_state, self.front_mode);
         self.segment_mode = mode;
         let done = if mode != ContactMode::Stuck {
-            self.slip_segment(false)
+            if self.model.has_series() {
+                self.expanded_slip(false)
+            } else {
+                self.slip_segment(false)
+            }
         } else {
             self.stick_segment()
         };
@@ -664,7 +680,7 @@ impl Simulation {
         (gap, degree)
     }
 
-    /// Ends the segment where v_r = 0 and decides how the motion goes on.
+    /// Locates v_r = 0 near `theta` on the step itself and ends the segment there.
     fn arrive(&mut self, theta: f64, sign: f64) -> Result<(), PhysicsError> {
         let mode = self.front_mode;
         let system = InMode {
@@ -688,8 +704,13 @@ impl Simulation {
             h += correction;
         }
         self.stepper.retake(&system, h);
-        let t = start + h;
-        let mut x = self.stepper.x_end;
+        self.land(start + h, self.stepper.x_end, sign);
+        Ok(())
+    }
+
+    /// Ends the segment at time `t` in state `x`, where v_r = 0, and decides how the motion goes on.
+    fn land(&mut self, t: f64, mut x: State, sign: f64) {
+        let mode = self.front_mode;
         self.segment.end = t;
         if self.model.has_memory() {
             self.front_mode = ContactMode::slip_towards(-sign);
@@ -716,127 +737,6 @@ impl Simulation {
             .min(self.segment.length)
             .max(self.first_slip_step);
         self.begin_piece();
-        Ok(())
-    }
-
-    /// Reads off the linear equations of stick.
-    fn probe_stick(&self) -> LinearSystem {
-        let system = InMode {
-            model: &self.model,
-            mode: ContactMode::Stuck,
-        };
-        LinearSystem::probe(&system, self.front, self.model.highest_frequency())
-    }
-
-    /// One step of stick, ended early where the constraint force exceeds its limit.
-    fn stick_segment(&mut self) -> Result<(), PhysicsError> {
-        // A limit that is not a number would never be exceeded.
-        if let Some(fault) = self
-            .model
-            .fault(self.front, &self.front_state, ContactMode::Stuck)
-        {
-            return Err(fault);
-        }
-        let system = InMode {
-            model: &self.model,
-            mode: ContactMode::Stuck,
-        };
-        if self.model.is_linear_in_stick() {
-            if self.stick_system.is_none() {
-                self.stick_system = Some(self.probe_stick());
-            }
-            let linear = self.stick_system.as_ref().expect("just made");
-            linear.segment(self.front, &self.front_state, &mut self.segment);
-        } else {
-            if self
-                .stepper
-                .step(&system, self.tolerance, &self.scales)
-                .is_err()
-            {
-                return Err(self.stalled());
-            }
-            self.stepper.segment(&system, &mut self.segment);
-        }
-        self.segment_is_ready = true;
-        self.statistics.stick_steps += 1;
-        let root = if self.model.is_linear_in_stick() && self.model.keeps_limit_constant() {
-            self.break_away_of_polynomial()
-        } else {
-            self.break_away_of_samples()
-        };
-        let mut x = [0.0; MAX_STATES];
-        match root {
-            None => {
-                self.segment.state_at(1.0, &mut x);
-                self.front = self.segment.end;
-                self.front_state = x;
-                self.end = End::Smooth;
-            }
-            Some(theta) => {
-                self.segment.state_at(theta, &mut x);
-                let t = self.segment.start + theta * self.segment.length;
-                let force = self.model.constraint_force(t, &x);
-                self.model.project_on_stick(t, &mut x);
-                self.front_mode = ContactMode::slip_towards(-force);
-                self.model.on_break_away(&mut x);
-                self.model
-                    .push(self.front_mode.sign() * DEPARTURE_VELOCITY, &mut x);
-                self.segment.end = t;
-                self.front = t;
-                self.front_state = x;
-                self.end = End::Event(Transition {
-                    time: t,
-                    from: ContactMode::Stuck,
-                    to: self.front_mode,
-                });
-                self.departed = false;
-                self.stepper.next_length = self.first_slip_step;
-                self.begin_piece();
-            }
-        }
-        Ok(())
-    }
-
-    /// Break-away where F_c is a polynomial and the limit a constant.
-    fn break_away_of_polynomial(&self) -> Option<f64> {
-        let (t, s) = (self.segment.start, &self.segment);
-        let limit = self.model.static_limit(t, &self.front_state);
-        let mut probe = [0.0; MAX_STATES];
-        let offset = self.model.constraint_force(t, &probe);
-        let mut force = [0.0; MAX_DEGREE + 1];
-        force[0] = offset;
-        for i in 0..s.dimension {
-            probe[i] = 1.0;
-            let row = self.model.constraint_force(t, &probe) - offset;
-            probe[i] = 0.0;
-            if row != 0.0 {
-                for (f, c) in force.iter_mut().zip(&s.coefficients).take(s.degree + 1) {
-                    *f += row * c[i];
-                }
-            }
-        }
-        earliest(&force[..=s.degree], limit)
-    }
-
-    /// Break-away where the limit or the force is any smooth function: interpolated at Chebyshev nodes
-    /// over the segment, searched as a polynomial, and polished on the function itself.
-    fn break_away_of_samples(&self) -> Option<f64> {
-        let s = &self.segment;
-        let gap = |theta: f64, side: f64| {
-            let mut x = [0.0; MAX_STATES];
-            s.state_at(theta, &mut x);
-            let t = s.start + theta * s.length;
-            self.model.static_limit(t, &x) - side * self.model.constraint_force(t, &x)
-        };
-        let mut found: Option<f64> = None;
-        for side in [1.0, -1.0] {
-            let polynomial = interpolate(|theta| gap(theta, side));
-            let high = found.unwrap_or(1.0);
-            if let Some(theta) = first_below_zero(&polynomial, 0.0, high) {
-                found = Some(polish(theta, |theta| gap(theta, side)));
-            }
-        }
-        found
     }
 
     /// Writes the state at the present time.
@@ -953,25 +853,6 @@ impl Simulation {
     }
 }
 
-/// The earliest of the two ways in which |force| can exceed `limit` on theta in (0, 1].
-fn earliest(force: &[f64], limit: f64) -> Option<f64> {
-    // Most pieces of stick stay far below the limit, which a sum of magnitudes proves.
-    if force.iter().map(|f| f.abs()).sum::<f64>() < limit {
-        return None;
-    }
-    let mut gap = [0.0; MAX_DEGREE + 1];
-    let n = force.len();
-    let mut found: Option<f64> = None;
-    for side in [1.0, -1.0] {
-        for (g, f) in gap.iter_mut().zip(force) {
-            *g = -side * f;
-        }
-        gap[0] += limit;
-        found = first_below_zero(&gap[..n], 0.0, found.unwrap_or(1.0)).or(found);
-    }
-    found
-}
-
 /// Monomial coefficients of the interpolant at Chebyshev points of the second kind on [0, 1].
 fn interpolate(f: impl Fn(f64) -> f64) -> [f64; LIMIT_NODES] {
     let node =
@@ -992,23 +873,4 @@ fn interpolate(f: impl Fn(f64) -> f64) -> [f64; LIMIT_NODES] {
         c[0] = table[i] - nodes[i] * c[0];
     }
     c
-}
-
-/// Improves a root of `f` (positive before, negative after) found on its interpolant.
-fn polish(theta: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (theta, theta + 1e-6);
-    let (mut fa, mut fb) = (f(a), f(b));
-    for _ in 0..8 {
-        if fa == fb {
-            break;
-        }
-        let next = (b - fb * (b - a) / (fb - fa)).clamp(theta - 1e-3, theta + 1e-3);
-        (a, fa) = (b, fb);
-        b = next;
-        fb = f(b);
-        if (b - a).abs() < 1e-14 {
-            break;
-        }
-    }
-    b.clamp(0.0, 1.0)
 }

@@ -55,6 +55,20 @@ fn motion(parameters: &ModelParameters) -> Vec<f64> {
         .collect()
 }
 
+#[test]
+fn a_force_that_depends_on_the_place_is_the_same_in_every_stick() {
+    // The tip starts at w = 2 q_1 on the place s = 0, so that s = 0.1 t - w + 0.00166.
+    let force = |formula: &str| {
+        let user = effect(Target::TipForce, formula, &[("k", 2e3)]);
+        motion(&with(user))
+    };
+    let by_place = force("k*s");
+    let by_time = force("k*(0.1*t - w + 0.00166)");
+    for (a, b) in by_place.iter().zip(&by_time) {
+        assert!((a - b).abs() < 1e-8, "{a} {b}");
+    }
+}
+
 fn refusal(user: UserEffect) -> String {
     match Model::new(&with(user), Inputs::constant(0.1, 100.0)) {
         Ok(_) => panic!("accepted"),

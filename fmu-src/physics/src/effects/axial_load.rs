@@ -1,5 +1,6 @@
 //! The normal force acts along the beam and softens it.
 
+use super::series::{EffectSeries, MotionSeries, Series, State};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
@@ -70,6 +71,30 @@ impl Effect for AxialLoad {
         for (row, sum) in self.coupling.iter().zip(acceleration) {
             for (c, displacement) in row.iter().zip(q) {
                 *sum += m.normal_force * c * displacement;
+            }
+        }
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for AxialLoad {
+    fn add_modal_acceleration(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        states: &[State],
+        _registers: &mut [Series],
+        acceleration: &mut [f64],
+    ) {
+        // The force given is linear in time: two terms of the product are different from zero.
+        for (row, sum) in self.coupling.iter().zip(acceleration) {
+            for (j, c) in row.iter().enumerate() {
+                *sum += c * m.normal_force[0] * states[k][2 * j];
+                if k > 0 {
+                    *sum += c * m.normal_force[1] * states[k - 1][2 * j];
+                }
             }
         }
     }

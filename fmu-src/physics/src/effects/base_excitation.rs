@@ -1,5 +1,6 @@
 //! The clamp of the beam shakes.
 
+use super::series::{EffectSeries, HARMONIC_REGISTERS, MotionSeries, Series, State, harmonic};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
@@ -97,5 +98,28 @@ impl Effect for Shaking {
     }
     fn is_linear_in_stick(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Shaking {
+    fn register_count(&self) -> usize {
+        HARMONIC_REGISTERS
+    }
+    fn add_modal_acceleration(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _states: &[State],
+        registers: &mut [Series],
+        acceleration: &mut [f64],
+    ) {
+        let angle = self.angular_frequency * m.start.time + self.phase;
+        let clamp = self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);
+        for (sum, g) in acceleration.iter_mut().zip(&self.participation) {
+            *sum -= clamp * g;
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! A belt drive that gives way under the friction force.
 
+use super::series::{EffectSeries, Series};
 use super::{
     BeltGive, Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable,
 };
@@ -109,5 +110,22 @@ impl Effect for Drive {
         if self.stiffness > 0.0 {
             x[0] -= contact.force / self.stiffness;
         }
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Drive {
+    fn add_rates(
+        &self,
+        _k: usize,
+        motion: &Motion,
+        contact: &ContactForce,
+        x: &[f64],
+        _registers: &mut [Series],
+        rates: &mut [f64],
+    ) {
+        Effect::add_rates(self, motion, contact, x, rates);
     }
 }

@@ -1,5 +1,6 @@
 //! Friction that depends on the place along the track, without a period.
 
+use super::series::{EffectSeries, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, ONE};
@@ -161,13 +162,61 @@ fn spline(nodes: &[f64]) -> [[f64; 4]; MAX_NODES] {
     out
 }
 
+impl Profile {
+    /// Place on the grid, in intervals from the first node.
+    fn place(&self, travel: f64) -> f64 {
+        (travel - self.start) * self.density
+    }
+
+    /// Index of the interval at a place.
+    fn interval(&self, travel: f64) -> usize {
+        (self.place(travel).max(0.0) as usize).min(self.intervals - 1)
+    }
+}
+
 impl Effect for Profile {
     fn friction_factor(&self, m: &Motion) -> f64 {
-        let place = ((m.travel - self.start) * self.density).clamp(0.0, self.intervals as f64);
-        let i = (place as usize).min(self.intervals - 1);
+        let place = self.place(m.travel).clamp(0.0, self.intervals as f64);
+        let i = self.interval(m.travel);
         let u = place - i as f64;
         let c = &self.coefficients[i];
         1.0 + c[0] + u * (c[1] + u * (c[2] + u * c[3]))
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Profile {
+    fn register_count(&self) -> usize {
+        2
+    }
+    fn has_factor(&self) -> bool {
+        true
+    }
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let [u, square, ..] = registers else {
+            unreachable!("two registers declared")
+        };
+        let i = self.interval(m.start.travel);
+        let c = &self.coefficients[i];
+        u[k] = self.density * m.travel[k];
+        if k == 0 {
+            u[0] = self.place(m.start.travel) - i as f64;
+        }
+        square[k] = product(u, u, k);
+        let change = c[1] * u[k] + c[2] * square[k] + c[3] * product(square, u, k);
+        if k == 0 { 1.0 + c[0] + change } else { change }
+    }
+    fn holds(&self, m: &MotionSeries, registers: &[Series], degree: usize, theta: f64) -> bool {
+        // Within one interval of the spline.
+        let place = self.place(m.start.travel);
+        let mut left = registers[0];
+        left.iter_mut().for_each(|c| *c = -*c);
+        left[0] += 1.0;
+        (0.0..=self.intervals as f64).contains(&place)
+            && keeps_sign(&registers[0], degree, theta)
+            && keeps_sign(&left, degree, theta)
     }
 }
 

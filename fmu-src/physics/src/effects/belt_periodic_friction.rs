@@ -1,5 +1,6 @@
 //! Friction that varies periodically along the belt.
 
+use super::series::{COSINE_REGISTERS, EffectSeries, MotionSeries, Series, cosine};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, ONE, RADIAN};
@@ -79,5 +80,23 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 impl Effect for Periodic {
     fn friction_factor(&self, m: &Motion) -> f64 {
         1.0 + self.amplitude * (self.wave_number * m.travel + self.phase).cos()
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Periodic {
+    fn register_count(&self) -> usize {
+        COSINE_REGISTERS
+    }
+    fn has_factor(&self) -> bool {
+        true
+    }
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let offset = if k == 0 { self.phase } else { 0.0 };
+        let angle = self.wave_number * m.travel[k] + offset;
+        let change = self.amplitude * cosine(k, angle, registers);
+        if k == 0 { 1.0 + change } else { change }
     }
 }

@@ -1,5 +1,6 @@
 //! A restoring force that grows with the cube of the deflection.
 
+use super::series::{EffectSeries, MotionSeries, Series, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::NEWTON_PER_METRE3;
@@ -48,5 +49,20 @@ impl Effect for Cubic {
     }
     fn is_linear_in_stick(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Cubic {
+    fn register_count(&self) -> usize {
+        1
+    }
+    fn tip_force(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let w = &m.displacement;
+        let square = &mut registers[0];
+        square[k] = product(w, w, k);
+        -self.0 * product(square, w, k)
     }
 }

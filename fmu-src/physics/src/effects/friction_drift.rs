@@ -1,5 +1,6 @@
 //! Friction that warms up or wears during a run.
 
+use super::series::{EffectSeries, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{ONE, SECOND};
@@ -67,5 +68,29 @@ impl Effect for Drift {
     }
     fn keeps_limit_constant(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Drift {
+    fn register_count(&self) -> usize {
+        1
+    }
+    fn has_factor(&self) -> bool {
+        true
+    }
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let cold = &mut registers[0];
+        if k == 0 {
+            cold[0] = (-self.rate * m.start.time).exp();
+            return 1.0 + self.change * (1.0 - cold[0]);
+        }
+        cold[k] = -self.rate * m.unit * cold[k - 1] / k as f64;
+        -self.change * cold[k]
+    }
+    fn holds(&self, m: &MotionSeries, _registers: &[Series], _degree: usize, _theta: f64) -> bool {
+        m.start.time >= 0.0
     }
 }

@@ -1,5 +1,6 @@
 //! Sliding friction that follows changes of velocity late.
 
+use super::series::{EffectSeries, Series};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
 use crate::unit::{METRE_PER_SECOND, SECOND};
@@ -68,5 +69,22 @@ impl Effect for Lag {
     }
     fn fastest_rate(&self) -> f64 {
         1.0 / self.0
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Lag {
+    fn add_rates(
+        &self,
+        _k: usize,
+        motion: &Motion,
+        contact: &ContactForce,
+        x: &[f64],
+        _registers: &mut [Series],
+        rates: &mut [f64],
+    ) {
+        Effect::add_rates(self, motion, contact, x, rates);
     }
 }

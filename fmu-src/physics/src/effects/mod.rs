@@ -4,6 +4,7 @@
 //! [`Effect`], whose hooks all default to "adds nothing". Off is bit-identical to absent, because an
 //! effect that is off is never built.
 
+pub mod series;
 pub mod user_expression;
 
 use crate::beam::Beam;
@@ -262,6 +263,11 @@ pub trait Effect: Send + Sync {
     /// Whether the static limit is constant during stick.
     fn keeps_limit_constant(&self) -> bool {
         true
+    }
+    /// The hooks on power series, for an effect that has them; slip is else integrated by a method
+    /// that asks for the rates alone.
+    fn series(&self) -> Option<&dyn series::EffectSeries> {
+        None
     }
 }
 

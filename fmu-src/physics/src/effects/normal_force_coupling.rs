@@ -1,5 +1,6 @@
 //! A tip deflection that loads or unloads the contact.
 
+use super::series::{EffectSeries, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::PER_METRE;
@@ -48,5 +49,18 @@ impl Effect for Coupling {
     }
     fn keeps_limit_constant(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Coupling {
+    fn has_factor(&self) -> bool {
+        true
+    }
+    fn factor(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        let change = self.0 * m.displacement[k];
+        if k == 0 { 1.0 + change } else { change }
     }
 }

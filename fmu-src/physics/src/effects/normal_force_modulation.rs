@@ -1,5 +1,6 @@
 //! A pressing force that pulsates at a fixed frequency.
 
+use super::series::{EffectSeries, HARMONIC_REGISTERS, MotionSeries, Series, harmonic};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{HERTZ, ONE, RADIAN};
@@ -84,5 +85,23 @@ impl Effect for Pulsation {
     }
     fn keeps_limit_constant(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Pulsation {
+    fn register_count(&self) -> usize {
+        HARMONIC_REGISTERS
+    }
+    fn has_factor(&self) -> bool {
+        true
+    }
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let angle = self.angular_frequency * m.start.time + self.phase;
+        let change =
+            self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);
+        if k == 0 { 1.0 + change } else { change }
     }
 }

@@ -1,5 +1,6 @@
 //! Asperities that deform elastically before gross slip: the LuGre bristle.
 
+use super::series::{EffectSeries, MotionSeries, Series, product, quotient};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, NEWTON_PER_METRE, NEWTON_SECOND_PER_METRE};
@@ -90,5 +91,46 @@ impl Effect for Bristle {
     }
     fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
         x[0] -= contact.force / self.stiffness;
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Bristle {
+    fn register_count(&self) -> usize {
+        4
+    }
+    fn memory_force(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        capacity: &Series,
+        x: &[f64],
+        registers: &mut [Series],
+    ) -> f64 {
+        let [z, worn, ratio, rate, ..] = registers else {
+            unreachable!("four registers declared")
+        };
+        z[k] = x[0];
+        worn[k] = product(&m.speed, z, k);
+        ratio[k] = quotient(worn[k], capacity, ratio, k);
+        rate[k] = m.relative_velocity[k] - self.stiffness * ratio[k];
+        -(self.stiffness * z[k] + self.damping * rate[k])
+    }
+    fn add_rates(
+        &self,
+        k: usize,
+        _motion: &Motion,
+        _contact: &ContactForce,
+        _x: &[f64],
+        registers: &mut [Series],
+        rates: &mut [f64],
+    ) {
+        rates[0] += registers[3][k];
+    }
+    fn holds(&self, _m: &MotionSeries, registers: &[Series], _degree: usize, _theta: f64) -> bool {
+        // Without capacity nothing holds the bristles.
+        registers[2][0].is_finite()
     }
 }

@@ -1,5 +1,6 @@
 //! Air drag on the moving beam.
 
+use super::series::{EffectSeries, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::NEWTON_SECOND2_PER_METRE2;
@@ -47,5 +48,17 @@ impl Effect for Drag {
     }
     fn is_linear_in_stick(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Drag {
+    fn tip_force(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        -self.0 * m.velocity[0].signum() * product(&m.velocity, &m.velocity, k)
+    }
+    fn holds(&self, m: &MotionSeries, _registers: &[Series], degree: usize, theta: f64) -> bool {
+        keeps_sign(&m.velocity, degree, theta)
     }
 }

@@ -1,5 +1,6 @@
 //! Static friction that grows with the time of stationary contact.
 
+use super::series::{EffectSeries, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{ONE, SECOND};
@@ -90,5 +91,39 @@ impl Effect for Aging {
     }
     fn keeps_limit_constant(&self) -> bool {
         false
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for Aging {
+    fn acts_in_slip(&self) -> bool {
+        false
+    }
+
+    fn register_count(&self) -> usize {
+        1
+    }
+    fn has_static_factor(&self) -> bool {
+        true
+    }
+    fn static_factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+        let x = m.start.dwell / self.time_constant;
+        let rate = m.unit / self.time_constant;
+        let growth = &mut registers[0];
+        // Of exp(-x), and of ln(1 + x), whose coefficients are those of a geometric series over k.
+        growth[k] = match (k, self.logarithmic) {
+            (0, false) => (-x).exp(),
+            (_, false) => -rate * growth[k - 1] / k as f64,
+            (0, true) => return 1.0 + self.gain * x.ln_1p(),
+            (1, true) => rate / (1.0 + x),
+            (_, true) => -growth[k - 1] * rate / (1.0 + x),
+        };
+        match (k, self.logarithmic) {
+            (0, _) => 1.0 + self.gain * (1.0 - growth[0]),
+            (_, false) => -self.gain * growth[k],
+            (_, true) => self.gain * growth[k] / k as f64,
+        }
     }
 }

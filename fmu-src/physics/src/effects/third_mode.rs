@@ -1,5 +1,6 @@
 //! A bending mode beyond those retained.
 
+use super::series::EffectSeries;
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::beam::{Beam, ModalOscillator};
 use crate::error::PhysicsError;
@@ -88,5 +89,14 @@ impl Effect for ThirdMode {
     fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
         x[0] +=
             self.0.tip_value * contact.force / (self.0.mass * self.0.angular_frequency().powi(2));
+    }
+    fn series(&self) -> Option<&dyn EffectSeries> {
+        Some(self)
+    }
+}
+
+impl EffectSeries for ThirdMode {
+    fn acts_in_slip(&self) -> bool {
+        false
     }
 }

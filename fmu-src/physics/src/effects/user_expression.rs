@@ -25,6 +25,9 @@ const COUNT: usize = QUANTITIES.len();
 /// Quantities that do not change during stick at constant normal force: v_r, v_abs, F_N, s.
 const CONSTANT_IN_STICK: [bool; COUNT] =
     [false, false, false, true, true, true, false, true, false];
+/// Those of them that are constants of the equations, which s is not: s differs from stick to stick.
+const CONSTANT_IN_ALL_STICK: [bool; COUNT] =
+    [false, false, false, true, true, true, false, false, false];
 /// Quantities that depend on time and inputs alone: t, F_N, v0.
 const GIVEN: [bool; COUNT] = [true, false, false, false, false, true, true, false, false];
 /// Most parameters of one user effect.
@@ -167,6 +170,7 @@ impl UserEffect {
             id: self.id.clone(),
             target: self.target,
             constant_in_stick: only(&CONSTANT_IN_STICK),
+            constant_in_all_stick: only(&CONSTANT_IN_ALL_STICK),
             formula,
             values,
         })
@@ -196,6 +200,7 @@ pub struct Compiled {
     target: Target,
     formula: Expression,
     constant_in_stick: bool,
+    constant_in_all_stick: bool,
     /// Values of the parameters, behind room for the quantities.
     values: [f64; COUNT + MAX_PARAMETERS],
 }
@@ -262,7 +267,7 @@ impl Effect for Compiled {
     fn is_linear_in_stick(&self) -> bool {
         // A friction or normal force factor acts on the limit alone.
         match self.target {
-            Target::TipForce => self.constant_in_stick,
+            Target::TipForce => self.constant_in_all_stick,
             Target::BeltVelocity => false,
             _ => true,
         }

@@ -3,6 +3,7 @@
 //! The Taylor series of the matrix exponential's action: its terms follow from one another by one
 //! product with A, and it converges everywhere, so that the step is limited only by rounding.
 
+use super::series::Series;
 use super::{LANES, MAX_DEGREE, MAX_STATES, Segment, State, System};
 
 /// Degree at which the series is cut.
@@ -20,10 +21,38 @@ pub struct LinearSystem {
     constant: State,
     /// Step in s for which the cut series is exact to rounding.
     step: f64,
+    /// One step from each unit state without the constant, and from zero with it.
+    response: Vec<Segment>,
+    /// The state after one step: columns of the matrix exponential, and what starts from zero.
+    end_columns: Vec<State>,
+    end_constant: State,
+}
+
+/// A quantity that is linear in the state, `offset + row x`, as a polynomial over one step.
+#[derive(Clone)]
+pub struct LinearOutput {
+    /// Coefficients per state.
+    columns: Vec<Series>,
+    constant: Series,
+}
+
+impl LinearOutput {
+    /// The polynomial over the step that starts from `x`.
+    #[inline]
+    pub fn polynomial(&self, x: &State) -> Series {
+        let mut sum = self.constant;
+        for (column, value) in self.columns.iter().zip(x) {
+            for (s, c) in sum.iter_mut().zip(column) {
+                *s += c * value;
+            }
+        }
+        sum
+    }
 }
 
 impl LinearSystem {
-    /// Every coefficient, in a fixed order, for saving and restoring.
+    /// Every coefficient, in a fixed order, for saving and restoring; after a change
+    /// [`LinearSystem::prepare`] is due.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
         self.columns
             .iter_mut()
@@ -51,45 +80,113 @@ impl LinearSystem {
                 rates
             })
             .collect();
-        Self {
+        let mut system = Self {
             dimension,
             columns,
             constant,
             step: REACH / frequency,
+            response: Vec::with_capacity(dimension + 1),
+            end_columns: vec![[0.0; MAX_STATES]; dimension],
+            end_constant: [0.0; MAX_STATES],
+        };
+        system.prepare();
+        system
+    }
+
+    /// Works out what one step does.
+    pub fn prepare(&mut self) {
+        let zero = [0.0; MAX_STATES];
+        self.response.clear();
+        for i in 0..=self.dimension {
+            let mut motion = Segment::point(0.0, &zero, self.dimension);
+            let mut unit = zero;
+            if i < self.dimension {
+                unit[i] = 1.0;
+                self.expand(&unit, &zero, &mut motion);
+                motion.state_at(1.0, &mut self.end_columns[i]);
+            } else {
+                self.expand(&zero, &self.constant, &mut motion);
+                motion.state_at(1.0, &mut self.end_constant);
+            }
+            self.response.push(motion);
         }
     }
 
-    /// The motion from state `x` at time `t` as a segment of one step.
-    pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
+    /// The state one step after `x`.
+    #[inline]
+    pub fn end_of_step(&self, x: &State) -> State {
+        let mut end = self.end_constant;
+        for lane in (0..self.dimension.div_ceil(LANES)).map(|group| group * LANES) {
+            for (column, value) in self.end_columns.iter().zip(x) {
+                for i in lane..lane + LANES {
+                    end[i] += column[i] * value;
+                }
+            }
+        }
+        end
+    }
+
+    /// The quantity `offset + row x` over a step.
+    pub fn output(&self, row: &State, offset: f64) -> LinearOutput {
+        let (units, forced) = self.response.split_at(self.dimension);
+        LinearOutput {
+            columns: units.iter().map(|unit| unit.combine(row, &[])).collect(),
+            constant: forced[0].combine(row, &[offset]),
+        }
+    }
+
+    /// Begins a segment of one step without its polynomials, which [`LinearSystem::segment`] works out.
+    pub fn begin(&self, t: f64, x: &State, out: &mut Segment) {
         out.start = t;
         out.end = t + self.step;
         out.length = self.step;
         out.degree = DEGREE;
         out.dimension = self.dimension;
         out.coefficients[0] = *x;
-        let groups = self.dimension.div_ceil(LANES);
-        for power in 1..=DEGREE {
-            let (done, rest) = out.coefficients.split_at_mut(power);
-            let (last, next) = (&done[power - 1], &mut rest[0]);
-            let factor = self.step / power as f64;
-            for lane in (0..groups).map(|group| group * LANES) {
-                let mut sum = [0.0; LANES];
-                if power == 1 {
-                    sum.copy_from_slice(&self.constant[lane..lane + LANES]);
-                }
-                for (column, value) in self.columns.iter().zip(last) {
-                    let column: &[f64; LANES] =
-                        column[lane..lane + LANES].try_into().expect("LANES wide");
+    }
+
+    /// The motion from state `x` at time `t` as a segment of one step.
+    pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
+        self.begin(t, x, out);
+        for lane in (0..self.dimension.div_ceil(LANES)).map(|group| group * LANES) {
+            for (power, next) in out.coefficients.iter_mut().enumerate().skip(1) {
+                let mut sum = lanes(&self.response[self.dimension].coefficients[power], lane);
+                for (unit, value) in self.response.iter().zip(&x[..self.dimension]) {
+                    let column = lanes(&unit.coefficients[power], lane);
                     for i in 0..LANES {
                         sum[i] += column[i] * value;
                     }
                 }
-                for i in 0..LANES {
-                    next[lane + i] = factor * sum[i];
-                }
+                next[lane..lane + LANES].copy_from_slice(&sum);
             }
         }
     }
+
+    /// The series from state `x`: each term follows from the one before by a product with A.
+    fn expand(&self, x: &State, constant: &State, out: &mut Segment) {
+        self.begin(0.0, x, out);
+        for power in 1..=DEGREE {
+            let (done, rest) = out.coefficients.split_at_mut(power);
+            let (last, next) = (&done[power - 1], &mut rest[0]);
+            let factor = self.step / power as f64;
+            *next = if power == 1 {
+                *constant
+            } else {
+                [0.0; MAX_STATES]
+            };
+            for (column, value) in self.columns.iter().zip(last) {
+                for i in 0..self.dimension {
+                    next[i] += column[i] * value;
+                }
+            }
+            next.iter_mut().for_each(|x| *x *= factor);
+        }
+    }
+}
+
+#[inline]
+fn lanes(x: &State, lane: usize) -> [f64; LANES] {
+    x[lane..lane + LANES].try_into().expect("LANES wide")
 }
 
 #[cfg(test)]
@@ -116,9 +213,17 @@ mod tests {
         let mut x = [0.0; MAX_STATES];
         x[0] = 1.0;
         let mut segment = Segment::point(0.0, &x, 3);
+        let mut row = [0.0; MAX_STATES];
+        (row[0], row[1]) = (3.0, -1.0);
         for _ in 0..40 {
             system.segment(segment.end, &x, &mut segment);
+            let end = system.end_of_step(&x);
+            let position = system.output(&row, 0.5).polynomial(&x);
             segment.state_at(1.0, &mut x);
+            assert_relative_eq!(end[0], x[0], epsilon = 1e-14);
+            assert_relative_eq!(end[2], x[2], epsilon = 1e-14);
+            let sum: f64 = position.iter().sum();
+            assert_relative_eq!(sum, 0.5 + 3.0 * x[0] - x[1], epsilon = 1e-13);
         }
         let t = segment.end;
         assert_relative_eq!(x[0], 0.25 + 0.75 * (2.0 * t).cos(), epsilon = 1e-12);

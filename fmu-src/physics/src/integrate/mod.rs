@@ -4,6 +4,8 @@ pub mod dop853;
 mod dop853_coefficients;
 pub mod linear;
 pub mod roots;
+pub mod series;
+pub mod taylor;
 
 /// Most states a model may have; a multiple of [`LANES`].
 pub const MAX_STATES: usize = 24;
@@ -61,19 +63,31 @@ impl Segment {
         (t - self.start) / self.length
     }
 
-    /// State at normalised time `theta`, by Horner's rule.
+    /// State at normalised time `theta`, by Horner's rule on the even and the odd powers.
     #[inline]
     pub fn state_at(&self, theta: f64, x: &mut State) {
+        let square = theta * theta;
         for group in 0..self.dimension.div_ceil(LANES) {
             let lane = group * LANES;
-            let mut sum = [0.0; LANES];
-            for power in (0..=self.degree).rev() {
+            let coefficient = |power: usize| -> &[f64; LANES] {
                 let c = &self.coefficients[power][lane..lane + LANES];
+                c.try_into().expect("LANES wide")
+            };
+            let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+            let pairs = self.degree.div_ceil(2);
+            if self.degree.is_multiple_of(2) {
+                even = *coefficient(self.degree);
+            }
+            for pair in (0..pairs).rev() {
+                let (low, high) = (coefficient(2 * pair), coefficient(2 * pair + 1));
                 for i in 0..LANES {
-                    sum[i] = sum[i] * theta + c[i];
+                    even[i] = even[i] * square + low[i];
+                    odd[i] = odd[i] * square + high[i];
                 }
             }
-            x[lane..lane + LANES].copy_from_slice(&sum);
+            for i in 0..LANES {
+                x[lane + i] = even[i] + theta * odd[i];
+            }
         }
     }
 

@@ -1,13 +1,16 @@
 //! The first sign change of a polynomial on an interval, none missed.
 
+use super::MAX_DEGREE;
+use super::series::Series;
+
 /// Interval halvings after which a touch without a sign change counts as no crossing.
 const MAX_DEPTH: u32 = 48;
 
 /// The first `theta` in `(low, high]` at which the polynomial with coefficients `c` (power by power)
-/// falls below zero, provided it is not negative at `low`.
+/// falls below zero, provided it is not negative at `low` >= 0.
 ///
 /// Rigorous: an interval is dropped only if the Taylor coefficients about its middle prove that the
-/// polynomial can't reach zero in it, and bisected only where they prove it monotone
+/// polynomial can't reach zero in it, and a root is sought only where they prove it monotone
 /// (mean-value form, Moore 1966).
 pub fn first_below_zero(c: &[f64], low: f64, high: f64) -> Option<f64> {
     search(c, low, high, 0)
@@ -21,16 +24,14 @@ pub fn value(c: &[f64], theta: f64) -> f64 {
 
 fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     let middle = 0.5 * (low + high);
-    let radius = 0.5 * (high - low);
-    let shifted = shift(c, middle);
+    let shifted = about(c, middle, 0.5 * (high - low));
     let n = c.len();
-    let (mut spread, mut slope_spread, mut power) = (0.0, 0.0, 1.0);
+    let (mut spread, mut slope_spread) = (0.0, 0.0);
     for (k, a) in shifted[..n].iter().enumerate().skip(1) {
         if k > 1 {
-            slope_spread += k as f64 * a.abs() * power;
+            slope_spread += k as f64 * a.abs();
         }
-        power *= radius;
-        spread += a.abs() * power;
+        spread += a.abs();
     }
     // The polynomial 0 stays; what has overflowed has no roots worth looking for.
     if shifted[0] >= spread || !spread.is_finite() {
@@ -38,7 +39,7 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     }
     if n > 1 && shifted[1].abs() > slope_spread {
         return if value(c, high) < 0.0 {
-            Some(bisect(c, low, high))
+            Some(polish(c, low, high))
         } else {
             None
         };
@@ -52,45 +53,75 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
     search(c, low, middle, depth + 1).or_else(|| search(c, middle, high, depth + 1))
 }
 
-/// Taylor coefficients about `at`, by repeated synthetic division.
-fn shift(c: &[f64], at: f64) -> [f64; super::MAX_DEGREE + 1] {
-    let n = c.len();
-    let mut out = [0.0; super::MAX_DEGREE + 1];
-    out[..n].copy_from_slice(c);
-    for i in 0..n.saturating_sub(1) {
-        for k in (i..n - 1).rev() {
-            out[k] += at * out[k + 1];
+/// Binomial coefficients, `BINOMIAL[j][k]` = j over k.
+const BINOMIAL: [Series; MAX_DEGREE + 1] = {
+    let mut table = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+    let mut j = 0;
+    while j <= MAX_DEGREE {
+        table[j][0] = 1.0;
+        let mut k = 1;
+        while k <= j {
+            table[j][k] = table[j - 1][k - 1] + table[j - 1][k];
+            k += 1;
         }
+        j += 1;
+    }
+    table
+};
+
+/// Taylor coefficients about `middle` > 0 in units of `radius`:
+/// `a_k = (radius/middle)^k sum (j over k) c_j middle^j`.
+fn about(c: &[f64], middle: f64, radius: f64) -> Series {
+    let mut out = [0.0; MAX_DEGREE + 1];
+    let mut power = 1.0;
+    for (j, a) in c.iter().enumerate() {
+        let term = a * power;
+        for (sum, binomial) in out[..=j].iter_mut().zip(&BINOMIAL[j]) {
+            *sum += term * binomial;
+        }
+        power *= middle;
+    }
+    let (ratio, mut power) = (radius / middle, 1.0);
+    for a in &mut out[..c.len()] {
+        *a *= power;
+        power *= ratio;
     }
     out
 }
 
-fn bisect(c: &[f64], mut low: f64, mut high: f64) -> f64 {
-    // Regula falsi with halving of the stale end (Illinois); falls back on bisection by its guard.
-    let (mut f_low, mut f_high) = (value(c, low), value(c, high));
+/// The root between `low`, where the polynomial is positive, and `high`, where it is negative and
+/// between which it is monotone: Newton's method, kept inside by bisection.
+fn polish(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let (f_low, f_high) = (value(c, low), value(c, high));
     if f_low <= 0.0 {
         return low;
     }
+    let mut theta = (low * f_high - high * f_low) / (f_high - f_low);
     for _ in 0..100 {
-        let mut theta = (low * f_high - high * f_low) / (f_high - f_low);
         if !(theta > low && theta < high) {
             theta = 0.5 * (low + high);
         }
-        let f = value(c, theta);
+        let (f, slope) = value_and_slope(c, theta);
         if f > 0.0 {
             low = theta;
-            f_low = f;
-            f_high *= 0.5;
         } else {
             high = theta;
-            f_high = f;
-            f_low *= 0.5;
         }
-        if f == 0.0 || high - low <= 4.0 * f64::EPSILON * high.abs() {
+        let step = f / slope;
+        if step.abs() <= 2.0 * f64::EPSILON * high || high - low <= 4.0 * f64::EPSILON * high {
             break;
         }
+        theta -= step;
     }
-    high
+    theta
+}
+
+/// Value and derivative of the polynomial.
+#[inline]
+fn value_and_slope(c: &[f64], theta: f64) -> (f64, f64) {
+    c.iter().rev().fold((0.0, 0.0), |(f, slope), a| {
+        (f * theta + a, slope * theta + f)
+    })
 }
 
 #[cfg(test)]

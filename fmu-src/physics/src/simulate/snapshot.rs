@@ -1,9 +1,11 @@
 //! The changing part of a run as bytes, bit by bit, so that it goes on exactly where it was.
 
+use super::stick::StickSystem;
 use super::{End, Simulation};
 use crate::contact::{ContactMode, Transition};
 use crate::energy::Energy;
 use crate::integrate::{MAX_DEGREE, State};
+use std::sync::Arc;
 
 /// Passes over fields one after the other, to write or to read them; `None` ends a failed reading.
 pub trait Codec {
@@ -189,12 +191,16 @@ impl Simulation {
             self.stick_system = None;
             return Some(());
         }
-        if self.stick_system.is_none() {
-            self.stick_system = Some(self.probe_stick());
-        }
-        self.stick_system
-            .as_mut()?
+        let mut linear = match &self.stick_system {
+            Some(system) => system.linear.clone(),
+            None => self.probe_stick(),
+        };
+        linear
             .numbers_mut()
-            .try_for_each(|value| codec.number(value))
+            .try_for_each(|value| codec.number(value))?;
+        linear.prepare();
+        let system = StickSystem::new(linear, &self.model, self.front);
+        self.stick_system = Some(Arc::new(system));
+        Some(())
     }
 }

@@ -1,0 +1,155 @@
+//! How effects enter the Taylor series of a motion: their hooks once more, coefficient by coefficient.
+
+use super::{ContactForce, Motion};
+use crate::integrate::MAX_DEGREE;
+
+pub use crate::integrate::State;
+pub use crate::integrate::series::{Series, chained, keeps_sign, product, quotient};
+
+/// Registers of [`harmonic`].
+pub const HARMONIC_REGISTERS: usize = 2;
+/// Registers of [`cosine`].
+pub const COSINE_REGISTERS: usize = 3;
+
+/// Coefficient `k` of `cos(angle + rate theta)`.
+pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f64 {
+    let [cosine, sine, ..] = registers else {
+        unreachable!("HARMONIC_REGISTERS")
+    };
+    if k == 0 {
+        (sine[0], cosine[0]) = angle.sin_cos();
+    } else {
+        let share = rate / k as f64;
+        (cosine[k], sine[k]) = (-share * sine[k - 1], share * cosine[k - 1]);
+    }
+    cosine[k]
+}
+
+/// Coefficient `k` of the cosine of a series, of which coefficient `k` is given.
+pub fn cosine(k: usize, angle: f64, registers: &mut [Series]) -> f64 {
+    let [cosine, sine, slope, ..] = registers else {
+        unreachable!("COSINE_REGISTERS")
+    };
+    if k == 0 {
+        (sine[0], cosine[0]) = angle.sin_cos();
+    } else {
+        slope[k] = k as f64 * angle;
+        (cosine[k], sine[k]) = (-chained(sine, slope, k), chained(cosine, slope, k));
+    }
+    cosine[k]
+}
+
+/// The motion as power series in `theta = (t - start.time) / unit`, known up to the power that is
+/// being worked out. See [`Motion`] for the quantities.
+pub struct MotionSeries {
+    /// Unit of the normalised time in s.
+    pub unit: f64,
+    /// The motion at the start.
+    pub start: Motion,
+    /// Tip displacement w in m.
+    pub displacement: Series,
+    /// Tip velocity w' in m/s.
+    pub velocity: Series,
+    /// Relative velocity v_r in m/s.
+    pub relative_velocity: Series,
+    /// Sliding speed in m/s.
+    pub speed: Series,
+    /// Place on the belt in m.
+    pub travel: Series,
+    /// Normal force in N as given.
+    pub normal_force: Series,
+}
+
+impl MotionSeries {
+    /// No coefficients yet.
+    pub fn new(unit: f64, start: Motion) -> Self {
+        let none = [0.0; MAX_DEGREE + 1];
+        Self {
+            unit,
+            start,
+            displacement: none,
+            velocity: none,
+            relative_velocity: none,
+            speed: none,
+            travel: none,
+            normal_force: none,
+        }
+    }
+}
+
+/// The hooks of an effect on power series. Every default adds nothing.
+///
+/// Each gives coefficient `k` and is asked for k = 0, 1, 2, ... in turn. `registers` keep what the
+/// effect needs of lower powers; they are its own, as many as [`EffectSeries::register_count`] says.
+pub trait EffectSeries {
+    /// Whether the effect takes part in slip at all, other than by a mode that it adds.
+    fn acts_in_slip(&self) -> bool {
+        true
+    }
+    /// Number of series that the effect keeps for itself.
+    fn register_count(&self) -> usize {
+        0
+    }
+    /// Adds to the modal accelerations in m/s^2; `states` are the coefficients of all states.
+    fn add_modal_acceleration(
+        &self,
+        _k: usize,
+        _m: &MotionSeries,
+        _states: &[State],
+        _registers: &mut [Series],
+        _acceleration: &mut [f64],
+    ) {
+    }
+    /// Force on the tip besides friction, in N.
+    fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        0.0
+    }
+    /// Term added to the kinetic coefficient of friction, linear in the speed in m/s.
+    fn friction_term(&self, _speed: f64) -> f64 {
+        0.0
+    }
+    /// Whether the effect has a [`EffectSeries::factor`].
+    fn has_factor(&self) -> bool {
+        false
+    }
+    /// Factor on the coefficient of friction or on the normal force.
+    fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        if k == 0 { 1.0 } else { 0.0 }
+    }
+    /// Whether the effect has a [`EffectSeries::static_factor`].
+    fn has_static_factor(&self) -> bool {
+        false
+    }
+    /// Factor on the static limit, from the dwell at the start.
+    fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+        if k == 0 { 1.0 } else { 0.0 }
+    }
+    /// Friction force in N of a law with memory, given the capacity mu F_N in N and the effect's states.
+    fn memory_force(
+        &self,
+        _k: usize,
+        _m: &MotionSeries,
+        _capacity: &Series,
+        _x: &[f64],
+        _registers: &mut [Series],
+    ) -> f64 {
+        0.0
+    }
+    /// Rates of the effect's states. `motion`, `contact` and `x` hold coefficient `k`; where
+    /// [`super::Effect::add_rates`] is linear in them, without a constant, it serves here too.
+    fn add_rates(
+        &self,
+        _k: usize,
+        _motion: &Motion,
+        _contact: &ContactForce,
+        _x: &[f64],
+        _registers: &mut [Series],
+        _rates: &mut [f64],
+    ) {
+    }
+    /// Whether the expressions hold on `[0, theta]`, e.g. no quantity changes its sign whose magnitude
+    /// they contain.
+    fn holds(&self, _m: &MotionSeries, _registers: &[Series], _degree: usize, _theta: f64) -> bool {
+        true
+    }
+}

@@ -1,0 +1,115 @@
+//! Arithmetic of truncated power series, one coefficient after the other.
+//!
+//! A series `f(theta) = sum f_k theta^k` is the list of its coefficients. Each function gives the
+//! coefficient of one power from those below it, so that the solution of a differential equation can
+//! be expanded as it goes (Moore 1966, ch. 11; Jorba and Zou 2005, Experimental Mathematics 14:99, sect. 2.1).
+
+use super::MAX_DEGREE;
+
+/// Coefficients, power by power.
+pub type Series = [f64; MAX_DEGREE + 1];
+
+/// 1/k, except for k = 0.
+pub const RECIPROCAL: Series = {
+    let mut r = [0.0; MAX_DEGREE + 1];
+    let mut k = 1;
+    while k <= MAX_DEGREE {
+        r[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    r
+};
+
+/// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
+#[inline]
+pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
+    convolve(&a[..=k], &b[..=k])
+}
+
+/// Coefficient `k >= 1` of a function `f` of the series `u` with `f' = g u'`, where `g` is known up to
+/// power `k - 1`: `sum i u_i g_(k-i) / k` over i = 1 .. k. The exponential has `g = f`, the sine
+/// `g` = cosine. `slope` holds the `i u_i`.
+#[inline]
+pub fn chained(g: &Series, slope: &Series, k: usize) -> f64 {
+    convolve(&slope[1..=k], &g[..k]) * RECIPROCAL[k]
+}
+
+/// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
+#[inline]
+pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
+    (a - convolve(&b[1..=k], &quotient[..k])) / b[0]
+}
+
+/// `sum a_i b_(n-1-i)` of lists of the same length n.
+#[inline]
+fn convolve(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()
+}
+
+/// Whether the series up to `degree` certainly is not negative on `[0, theta]`.
+///
+/// Its linear part is so far above zero at both ends as all further negative terms can take away.
+pub fn stays_positive(f: &[f64], theta: f64) -> bool {
+    let taken = f[2..]
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| sum * theta + (-c).max(0.0));
+    f[0].min(f[0] + f[1] * theta) >= taken * theta * theta
+}
+
+/// Whether the series up to `degree` certainly keeps its sign on `[0, theta]`; one that is zero
+/// throughout does.
+pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
+    if f[0] > 0.0 {
+        return stays_positive(&f[..=degree], theta);
+    }
+    let mut mirrored = *f;
+    mirrored.iter_mut().for_each(|c| *c = -*c);
+    stays_positive(&mirrored[..=degree], theta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn exponential(rate: f64) -> Series {
+        let mut f = [0.0; MAX_DEGREE + 1];
+        f[0] = 1.0;
+        for k in 1..=MAX_DEGREE {
+            f[k] = f[k - 1] * rate / k as f64;
+        }
+        f
+    }
+
+    #[test]
+    fn val_exponentials_multiply_divide_and_chain() {
+        // Source: exp(a t) exp(b t) = exp((a + b) t).
+        let (a, b, both) = (exponential(1.5), exponential(-0.4), exponential(1.1));
+        let (mut ratio, mut anew) = ([0.0; MAX_DEGREE + 1], [0.0; MAX_DEGREE + 1]);
+        let mut slope = [0.0; MAX_DEGREE + 1];
+        slope[1] = 1.1;
+        anew[0] = 1.0;
+        for k in 0..=MAX_DEGREE {
+            assert_relative_eq!(product(&a, &b, k), both[k], max_relative = 1e-12);
+            ratio[k] = quotient(both[k], &b, &ratio, k);
+            assert_relative_eq!(ratio[k], a[k], max_relative = 1e-9);
+            if k > 0 {
+                anew[k] = chained(&anew, &slope, k);
+            }
+            assert_relative_eq!(anew[k], both[k], max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_sign_is_kept_only_where_it_is_certain() {
+        let mut f = [0.0; MAX_DEGREE + 1];
+        assert!(keeps_sign(&f, 3, 1.0));
+        f[0] = -1.0;
+        f[2] = 0.5;
+        assert!(keeps_sign(&f, 3, 1.0));
+        assert!(!keeps_sign(&f, 3, 2.0));
+        f[1] = 1.2;
+        assert!(!keeps_sign(&f, 3, 1.0));
+    }
+}

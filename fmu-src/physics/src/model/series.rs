@@ -1,0 +1,152 @@
+//! Motions as Taylor series: the equations of [`super`] once more, coefficient by coefficient.
+
+mod base;
+mod full;
+
+use super::{Enabled, Model};
+use crate::contact::ContactMode;
+use crate::effects::series::Series;
+use crate::friction::FrictionLaw;
+use crate::friction::series::ExponentialSum;
+use crate::integrate::taylor;
+use crate::integrate::{MAX_DEGREE, Segment, State};
+use base::BaseSeries;
+use full::FullSeries;
+
+/// Most registers that all effects have together.
+const MAX_REGISTERS: usize = 16;
+/// Most effects with a factor on the friction force.
+const MAX_FACTORS: usize = 6;
+/// Share of the static limit in the terms left out, from which on they do not matter.
+const ROUNDING: f64 = 1e-13;
+const NONE: Series = [0.0; MAX_DEGREE + 1];
+
+/// The friction law as a sum of exponentials, if all effects have power series too; gives each effect
+/// the place of its registers.
+pub(super) fn exponential_sum(
+    law: &FrictionLaw,
+    effects: &mut [Enabled],
+) -> Option<ExponentialSum> {
+    let (mut registers, mut factors) = (0, 0);
+    for e in effects {
+        let series = e.effect.series()?;
+        e.first_register = registers;
+        registers += series.register_count();
+        factors += usize::from(series.has_factor());
+    }
+    let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS;
+    law.exponential_sum().filter(|_| fits)
+}
+
+/// A stretch of slip as polynomials in theta.
+pub struct Slip {
+    /// Normalised time up to which they are good to the tolerance.
+    pub reach: f64,
+    /// The sliding speed sgn(v_r) v_r in m/s.
+    pub gap: Series,
+}
+
+/// What decides on break-away during a stretch of stick, as polynomials in theta.
+pub struct Stick {
+    /// Normalised time up to which they are good to the tolerance.
+    pub reach: f64,
+    /// Constraint force F_c in N.
+    pub force: Series,
+    /// Largest force in N that stick can carry.
+    pub limit: Series,
+}
+
+impl Model {
+    /// Whether motions can be expanded in power series.
+    pub fn has_series(&self) -> bool {
+        self.exponential_sum.is_some()
+    }
+
+    /// Expands slip from the time and state at which `segment` starts. `None` where the series does not
+    /// hold up to its reach, because a quantity changes its regime there.
+    pub fn expand_slip(
+        &self,
+        mode: ContactMode,
+        tolerance: f64,
+        scales: &State,
+        segment: &mut Segment,
+    ) -> Option<Slip> {
+        let law = self.exponential_sum.as_ref()?;
+        segment.length = self.series_unit;
+        let degree = taylor::degree(tolerance);
+        if self.plain_slip {
+            let mut system = BaseSeries::new(self, law, mode, segment.start);
+            taylor::expand(&mut system, degree, segment);
+            let reach = taylor::reach(segment, tolerance, scales);
+            system.observe(degree, &segment.coefficients[degree]);
+            system.holds(reach).then_some(Slip {
+                reach,
+                gap: system.speed,
+            })
+        } else {
+            let mut system = FullSeries::new(self, law, mode, segment);
+            taylor::expand(&mut system, degree, segment);
+            let reach = taylor::reach(segment, tolerance, scales);
+            system.observe(degree, &segment.coefficients[degree]);
+            system.holds(degree - 1, reach).then_some(Slip {
+                reach,
+                gap: system.motion.speed,
+            })
+        }
+    }
+
+    /// Expands stick from the time and state at which `segment` starts, as [`Model::expand_slip`].
+    pub fn expand_stick(
+        &self,
+        tolerance: f64,
+        scales: &State,
+        segment: &mut Segment,
+    ) -> Option<Stick> {
+        let law = self.exponential_sum.as_ref()?;
+        segment.length = self.series_unit;
+        let degree = taylor::degree(tolerance);
+        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
+        taylor::expand(&mut system, degree, segment);
+        let reach = taylor::reach(segment, tolerance, scales);
+        system.advance(degree, &segment.coefficients);
+        self.checked(&system, degree, reach, tolerance)
+    }
+
+    /// The same along a stretch of stick that `segment` already gives as polynomials on [0, 1].
+    pub fn follow_stick(&self, segment: &Segment) -> Option<Stick> {
+        let law = self.exponential_sum.as_ref()?;
+        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
+        for k in 0..=segment.degree {
+            system.advance(k, &segment.coefficients);
+        }
+        self.checked(&system, segment.degree, 1.0, ROUNDING)
+    }
+
+    /// What was found, if it holds, and if the limit is as good as the motion.
+    fn checked(
+        &self,
+        system: &FullSeries,
+        degree: usize,
+        reach: f64,
+        tolerance: f64,
+    ) -> Option<Stick> {
+        let limit = *system.capacity();
+        let last = |power: usize| limit[power].abs() * reach.powi(power as i32);
+        let left_out = last(degree).max(last(degree - 1));
+        let good = left_out <= tolerance * limit[0].abs() && system.holds(degree, reach);
+        good.then_some(Stick {
+            reach,
+            force: system.force,
+            limit,
+        })
+    }
+
+    /// Coefficients of the given belt velocity and normal force in units of `unit` in s, powers 0 and 1.
+    fn given(&self, t: f64, unit: f64) -> [[f64; 2]; 2] {
+        let i = &self.inputs;
+        [
+            [i.belt_velocity_at(t), i.belt_acceleration * unit],
+            [i.normal_force_at(t), i.normal_force_rate * unit],
+        ]
+    }
+}

@@ -1,0 +1,98 @@
+//! Slip of the reference model alone, the motion that is computed most.
+
+use super::NONE;
+use crate::beam::MAX_MODES;
+use crate::contact::ContactMode;
+use crate::friction::series::{CoefficientSeries, ExponentialSum};
+use crate::integrate::series::{RECIPROCAL, Series};
+use crate::integrate::taylor::SeriesSystem;
+use crate::integrate::{MAX_DEGREE, State};
+use crate::model::Model;
+
+/// The reference model in slip. Signs and factors are folded into the coefficients beforehand, because
+/// each power waits for the one before.
+pub(super) struct BaseSeries<'a> {
+    model: &'a Model,
+    belt_velocity: [f64; 2],
+    normal_force: [f64; 2],
+    /// Sliding speed per modal velocity.
+    row: [f64; MAX_MODES],
+    /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
+    drive: [f64; MAX_MODES],
+    pub(super) speed: Series,
+    friction: CoefficientSeries<'a>,
+    /// Coefficient of friction of the power before.
+    mu_before: f64,
+}
+
+impl<'a> BaseSeries<'a> {
+    #[inline]
+    pub(super) fn new(
+        model: &'a Model,
+        law: &'a ExponentialSum,
+        mode: ContactMode,
+        t: f64,
+    ) -> Self {
+        let [mut belt_velocity, normal_force] = model.given(t, model.series_unit);
+        let sign = mode.sign();
+        belt_velocity.iter_mut().for_each(|v| *v *= sign);
+        let scale = -sign * model.level;
+        Self {
+            model,
+            belt_velocity,
+            normal_force,
+            row: model.tip_value.map(|phi| sign * phi),
+            drive: model.gain.map(|gain| gain * scale),
+            speed: NONE,
+            friction: CoefficientSeries::new(law),
+            mu_before: 0.0,
+        }
+    }
+
+    /// Works out the sliding speed.
+    #[inline]
+    pub(super) fn observe(&mut self, k: usize, x: &State) {
+        let mut speed = 0.0;
+        for j in 0..self.model.mode_count {
+            speed += self.row[j] * x[2 * j + 1];
+        }
+        if k < 2 {
+            speed -= self.belt_velocity[k];
+        }
+        self.speed[k] = speed;
+    }
+}
+
+impl BaseSeries<'_> {
+    /// Whether the normal force stays positive up to `theta`.
+    pub(super) fn holds(&self, theta: f64) -> bool {
+        let [force, rate] = self.normal_force;
+        force + rate * theta >= 0.0
+    }
+}
+
+impl SeriesSystem for BaseSeries<'_> {
+    fn dimension(&self) -> usize {
+        self.model.dimension
+    }
+
+    #[inline]
+    fn extend(&mut self, k: usize, coefficients: &mut [State; MAX_DEGREE + 1]) {
+        let m = self.model;
+        let (known, next) = coefficients.split_at_mut(k + 1);
+        let (x, next) = (&known[k], &mut next[0]);
+        self.observe(k, x);
+        let mu = self.friction.next(k, self.speed[k]);
+        let [force, rate] = self.normal_force;
+        let ramp = rate * self.mu_before;
+        self.mu_before = mu;
+        let step = m.series_unit * RECIPROCAL[k + 1];
+        for j in 0..m.mode_count {
+            let (q, v) = (x[2 * j], x[2 * j + 1]);
+            let drive = step * self.drive[j];
+            let rest = drive * ramp - step * (m.damping[j] * v + m.stiffness[j] * q);
+            next[2 * j] = step * v;
+            next[2 * j + 1] = drive * force * mu + rest;
+        }
+    }
+}
