@@ -17,7 +17,6 @@ pub mod offset;
 pub mod pole_observer;
 pub mod poles;
 pub mod segmentation;
-mod shooting;
 pub mod smoother;
 pub mod stick_slip;
 pub mod structure;

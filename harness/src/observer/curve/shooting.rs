@@ -1,7 +1,7 @@
 //! One slip event simulated with a given friction curve: from stick through break-away and slip
-//! into the next stick. The engine of [`super::curve`].
+//! into the next stick. The engine of [`super`].
 
-use super::structure::{MODE_LIMIT, Structure};
+use crate::observer::structure::{MODE_LIMIT, Structure};
 
 /// Modal coordinates and velocities `[q_1, q_1', q_2, ...]` in m and m/s; unused places are zero.
 pub(super) type State = [f64; 2 * MODE_LIMIT];
