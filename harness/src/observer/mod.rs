@@ -28,7 +28,7 @@ pub use dwell::{BreakAway, DwellResult, break_away};
 pub use error::ObserverError;
 pub use frequencies::{FrequencyEstimate, estimate_frequencies};
 pub use grid::UniformRecord;
-pub use laws::{FrictionLaw, LawFit, LawPoints, fit_laws};
+pub use laws::{FittedParameter, FrictionLaw, LawFit, LawPoints, fit_laws};
 pub use offset::{Estimate, drift, offset_from_symmetry};
 pub use pole_observer::{Observed, TimeForm, observe};
 pub use poles::PoleRule;

@@ -51,6 +51,20 @@ impl FrictionCurve {
         let fastest = self.speed.last().copied().unwrap_or(1.0);
         Basis::new(fastest, self.speed.len()).value(&self.mu, v)
     }
+
+    /// Standard deviation of the coefficient at speed `v >= 0` in m/s (1), straight from node to
+    /// node.
+    pub fn std_at(&self, v: f64) -> f64 {
+        let above = self.speed.partition_point(|s| *s <= v);
+        match above {
+            0 => self.mu_std[0],
+            n if n == self.speed.len() => self.mu_std[n - 1],
+            n => {
+                let share = (v - self.speed[n - 1]) / (self.speed[n] - self.speed[n - 1]);
+                self.mu_std[n - 1] + share * (self.mu_std[n] - self.mu_std[n - 1])
+            }
+        }
+    }
 }
 
 /// Choices for [`friction_curve`].

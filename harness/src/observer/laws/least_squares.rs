@@ -15,7 +15,7 @@ pub(super) enum Scale {
 impl Scale {
     fn outer(self, x: f64) -> f64 {
         match self {
-            Scale::Log => x.clamp(-50.0, 50.0).exp(),
+            Scale::Log => x.exp(),
             Scale::Linear => x,
         }
     }
@@ -57,17 +57,13 @@ pub(super) fn fit(
         return None;
     }
     let jacobian = solved.jacobian()?;
-    let information = jacobian.transpose() * &jacobian;
-    let spread = information
-        .clone()
-        .pseudo_inverse(1e-12 * information.amax())
-        .ok()?;
+    let variance = variances(jacobian.transpose() * &jacobian);
     let widen = (chi / degrees).max(1.0).sqrt() * student(degrees);
     let parameters = start
         .iter()
         .enumerate()
         .map(|(i, (name, unit, scale, _))| {
-            let half = widen * spread[(i, i)].max(0.0).sqrt();
+            let half = widen * variance[i].sqrt();
             FittedParameter {
                 name,
                 unit,
@@ -84,6 +80,53 @@ pub(super) fn fit(
         law,
     })
 }
+
+/// Variances of the parameters from their information matrix; infinite where the points do not
+/// determine a parameter, alone or against others.
+fn variances(information: DMatrix<f64>) -> Vec<f64> {
+    let n = information.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| information[(i, i)].sqrt()).collect();
+    // Of unit diagonal, so that the parameters' sizes do not count; a parameter without any effect
+    // keeps a zero row.
+    let scaled = DMatrix::from_fn(n, n, |i, j| {
+        let size = scale[i] * scale[j];
+        if size > 0.0 {
+            information[(i, j)] / size
+        } else {
+            0.0
+        }
+    });
+    let eigen = scaled.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    (0..n)
+        .map(|i| {
+            let shares = (0..n).map(|k| {
+                let part = eigen.eigenvectors[(i, k)].powi(2);
+                let value = eigen.eigenvalues[k];
+                if value > UNDETERMINED * largest {
+                    part / value
+                } else if part > PART {
+                    f64::INFINITY
+                } else {
+                    0.0
+                }
+            });
+            shares.sum::<f64>() / scale[i].powi(2)
+        })
+        .map(|variance| {
+            if variance.is_nan() {
+                f64::INFINITY
+            } else {
+                variance
+            }
+        })
+        .collect()
+}
+
+/// Share of the largest eigenvalue below which a combination of parameters has no visible effect.
+const UNDETERMINED: f64 = 1e-12;
+/// Share of such a combination from which on a parameter counts as part of it.
+const PART: f64 = 1e-6;
 
 struct Fit<'a, B> {
     points: &'a LawPoints,
@@ -141,5 +184,25 @@ impl<B: Fn(&[f64]) -> FrictionLaw> LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_
             })
             .collect();
         Some(DMatrix::from_columns(&columns))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Source: exact; the inverse of a regular information matrix, and no effect at all.
+    #[test]
+    fn val_variances_are_the_inverse_or_infinite() {
+        let regular = DMatrix::from_row_slice(2, 2, &[4.0, 1e-4, 1e-4, 9.0e-8]);
+        let inverse = regular.clone().try_inverse().unwrap();
+        for (i, found) in variances(regular).iter().enumerate() {
+            assert!((found / inverse[(i, i)] - 1.0).abs() < 1e-9);
+        }
+        let without = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 0.0]);
+        assert_eq!(variances(without), [0.25, f64::INFINITY]);
+        // Only the sum of the two shows.
+        let sum = DMatrix::from_element(2, 2, 1.0);
+        assert_eq!(variances(sum), [f64::INFINITY, f64::INFINITY]);
     }
 }

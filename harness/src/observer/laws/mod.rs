@@ -19,10 +19,20 @@ pub struct FittedParameter {
     pub unit: &'static str,
     /// Value of least squares.
     pub value: f64,
-    /// Lower end of the 95 % interval.
+    /// Lower end of the 95 % interval; 0 or minus infinity if the points do not determine it.
     pub low: f64,
-    /// Upper end.
+    /// Upper end; infinite if the points do not determine it.
     pub high: f64,
+}
+
+impl FittedParameter {
+    /// Whether the points determine it: its interval is bounded, and of a parameter that is
+    /// positive by its nature spans less than six decades.
+    pub fn is_determined(&self) -> bool {
+        self.high.is_finite()
+            && self.low.is_finite()
+            && !(self.low > 0.0 && self.high > 1e6 * self.low)
+    }
 }
 
 /// A law fitted to a characteristic.
@@ -184,7 +194,8 @@ fn fit_coulomb(points: &LawPoints, mu_s: f64, static_error: f64) -> LawFit {
             parameter("mu_k", mu_k, half),
         ],
         residual: residual(points, &law),
-        criterion: criterion(points, &law, 1),
+        // The static point, where there is one, is met exactly at the price of a parameter.
+        criterion: criterion(points, &law, 1 + usize::from(points.break_away.is_some())),
         law,
     }
 }
