@@ -15,6 +15,8 @@ use stickslip::observer::{
 
 const INTERVAL: f64 = 5e-5;
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=16;
+/// Where the seeds hardly differ.
+const FEW_SEEDS: std::ops::RangeInclusive<u64> = 1..=4;
 const BELT: BeltVelocity = BeltVelocity::Constant(0.10);
 
 fn beam() -> Structure {
@@ -126,8 +128,8 @@ fn val_friction_curve_over_seeds() {
     println!(
         "| worst error of mu from 0.02 to 0.5 m/s | mean | least | largest | bound |\n|---|---|---|---|---|"
     );
-    for decibel in [80.0, 60.0] {
-        let worst: Vec<f64> = SEEDS
+    for (decibel, seeds) in [(80.0, FEW_SEEDS), (60.0, SEEDS)] {
+        let worst: Vec<f64> = seeds
             .map(|seed| {
                 let y = rig::noisy(&record.displacement, decibel, seed);
                 let found =
@@ -171,7 +173,7 @@ fn val_pole_placed_observer_over_pole_speeds() {
     rules.extend(speeds.map(|frequency_hz| PoleRule::EqualReal { frequency_hz }));
     rules.push(PoleRule::FromData);
     let noisy = |decibel| -> Vec<Vec<f64>> {
-        SEEDS
+        FEW_SEEDS
             .map(|seed| rig::noisy(&record.displacement, decibel, seed))
             .collect()
     };
@@ -198,11 +200,10 @@ fn val_pole_placed_observer_over_pole_speeds() {
             }
             let (causal, shifted) = (summary(&causal).0, summary(&shifted).0);
             assert!(causal > *smoother && shifted > *smoother, "{rule:?}");
-            let note = match rule {
-                PoleRule::FromData => format!(" ({hertz:.0} Hz)"),
-                _ => String::new(),
-            };
-            cells.push(format!("{causal:.3}{note} | {shifted:.3}"));
+            cells.push(match rule {
+                PoleRule::FromData => format!("{causal:.3} ({hertz:.0} Hz) | {shifted:.3}"),
+                _ => format!("{causal:.3} | {shifted:.3}"),
+            });
         }
         println!("| {rule:?} | {} |", cells.join(" | "));
     }

@@ -21,8 +21,8 @@ const POINTS: usize = 60;
 
 /// The curve by shooting where it explains the slip events, else the means in bins with their standard errors.
 ///
-/// Within the samples next to break-away and arrival the smoothed force is smeared, so that means are wrong by several percent below
-/// about 0.1 m/s; the curve is not.
+/// Within the samples next to break-away and arrival the smoothed force is smeared, so that means are several percent low below
+/// about 0.05 m/s; the curve is not.
 pub fn best(o: &Observation) -> Vec<Point> {
     match o.curve.as_ref().filter(|_| o.curve_trusted) {
         Some(curve) => [

@@ -33,7 +33,7 @@ pub fn html(o: &Observation) -> String {
         page = page
             .paragraph(
                 "Laws fitted to the characteristic, best first, with 95 % intervals; parameters are named as in the FMU, the residual is the RMS \
-                 deviation of the coefficient. The table is in friction_table.set, for `simulate --set @friction_table.set`.",
+                 deviation of the coefficient. The table is in friction_table.set; the option \"set\" of simulate takes it as @friction_table.set.",
             )
             .table(&laws(&o.laws));
     }
