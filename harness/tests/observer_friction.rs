@@ -131,3 +131,35 @@ fn val_law_of_the_rig_is_found_with_its_parameters() {
     assert!(velocity.windows(2).all(|w| w[0] < w[1]));
     assert!((table.mu(0.2) / Rig::default_case().mu(0.2) - 1.0).abs() < 0.02);
 }
+
+// Source: the friction law of the simulation (rig/); 95 % intervals must hold the truth about as
+// often as they say.
+#[test]
+fn val_intervals_of_the_law_hold_the_truth() {
+    let record = Rig::default_case().run(0.5, 1.0, 20e3);
+    let belt = BeltVelocity::Constant(0.10);
+    let truths = [("mu_0", 0.66), ("a1", 0.5), ("v1", 0.02), ("c2", 0.25)];
+    let (mut inside, mut asked) = (0, 0);
+    for seed in 1..=8 {
+        let y = rig::noisy(&record.displacement, 60.0, seed);
+        let found = smooth_stick_slip(&beam(), 5e-5, &y, belt, &Default::default()).unwrap();
+        let contact = contact(&found);
+        let curve =
+            friction_curve(&beam(), &y, belt, &contact, &found, &Default::default()).unwrap();
+        let fits = fit_laws(&LawPoints::from_curve(&curve)).unwrap();
+        let stelter = fits.iter().find(|f| f.law.name() == "Stelter").unwrap();
+        for (name, truth) in truths {
+            let p = stelter.parameters.iter().find(|p| p.name == name).unwrap();
+            let width = (p.high - p.low) / truth;
+            println!(
+                "seed {seed}: {name} {:.4} [{:.4}, {:.4}]",
+                p.value, p.low, p.high
+            );
+            assert!(width < 0.5, "{name}: an interval this wide says nothing");
+            asked += 1;
+            inside += usize::from((p.low..=p.high).contains(&truth));
+        }
+    }
+    println!("{inside} of {asked} intervals hold the truth");
+    assert!(inside as f64 >= 0.85 * f64::from(asked));
+}

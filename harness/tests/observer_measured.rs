@@ -4,24 +4,34 @@
 //! over paper through a leaf spring. In the frame of the puller it is one mode on a belt:
 //! displacement m g F/k, belt velocity v.
 
-use std::path::Path;
+use std::path::PathBuf;
+use std::process::Command;
 
 use stickslip::observer::{
     BeltVelocity, Contact, NormalForce, PhaseMode, Settings, Structure, UniformRecord, break_away,
     smooth, smooth_stick_slip,
 };
 
-const FOLDER: &str = "/work/shared/real/ens-lyon-stickslip";
+/// Beside the repository, or where the environment variable STICKSLIP_ENS_LYON says.
+const FOLDER: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../shared/real/ens-lyon-stickslip"
+);
 const MASS: f64 = 0.0307;
 const WEIGHT: f64 = MASS * 9.81;
 
-fn record(stiffness: f64, name: &str) -> Option<UniformRecord> {
+fn folder() -> Option<PathBuf> {
     let folder = std::env::var("STICKSLIP_ENS_LYON").unwrap_or_else(|_| FOLDER.into());
-    let path = Path::new(&folder).join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("SKIPPED: {} is not there", path.display());
-        return None;
-    };
+    let folder = PathBuf::from(folder);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("SKIPPED: {} is not there", folder.display());
+    None
+}
+
+fn record(stiffness: f64, name: &str) -> Option<UniformRecord> {
+    let text = std::fs::read_to_string(folder()?.join(name)).unwrap();
     let (mut time, mut displacement) = (Vec::new(), Vec::new());
     for line in text.lines().skip(1) {
         let (t, share) = line.split_once(',').unwrap();
@@ -77,5 +87,79 @@ fn val_one_mode_slider_sticks_and_slips() {
         );
         // Steady stick-slip cannot show ageing; the verdict says so.
         assert!(dwell.verdict().contains("no "));
+    }
+}
+
+/// One mode: the slider on its spring; the column is the spring force over the weight.
+fn campaign(stiffness: f64) -> String {
+    format!(
+        "[beam]
+natural_frequencies_hz = [{}]
+damping_ratios = [0.001]
+mass_kg = {MASS}
+tip_values = [1.0]
+[channels]
+displacement_column = \"spring_force_over_weight\"
+displacement_scale = {}
+",
+        (stiffness / MASS).sqrt() / (2.0 * std::f64::consts::PI),
+        WEIGHT / stiffness
+    )
+}
+
+// Source: the data; the README beside them gives the range of the mean coefficient, 0.29 to 0.50.
+#[test]
+fn val_command_observes_every_measured_slider() {
+    let Some(data) = folder() else { return };
+    for (stiffness, micrometres_per_s) in [(168, 42), (168, 1100), (168, 4300), (1002, 1100)] {
+        let name = format!("k{stiffness}_v{micrometres_per_s}.csv");
+        let scratch = tempfile::tempdir().unwrap();
+        let mut toml = campaign(f64::from(stiffness));
+        toml += &format!(
+            "[[run]]\nfile = '{}'\nbelt_velocity_m_per_s = {}\nnormal_force_n = {WEIGHT}\n",
+            data.join(&name).display(),
+            f64::from(micrometres_per_s) * 1e-6
+        );
+        std::fs::write(scratch.path().join("campaign.toml"), toml).unwrap();
+        let out = scratch.path().join("out");
+        let done = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+            .arg("observe")
+            .arg(data.join(&name))
+            .arg("--campaign")
+            .arg(scratch.path())
+            .arg("-o")
+            .arg(&out)
+            .arg("--json")
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{name}: {text}");
+        let summary: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+        println!(
+            "{name}: stick {:.2} in {} phases, noise {:.2e} m, autocorrelation {:.2}, static {:.3} +- {:.3}, curve misfit {:.1}, {}",
+            summary["stick_fraction"].as_f64().unwrap(),
+            summary["complete_stick_phases"],
+            summary["noise_std_m"].as_f64().unwrap(),
+            summary["innovation"]["largest_autocorrelation"]
+                .as_f64()
+                .unwrap(),
+            summary["break_away"]["mu_mean"]
+                .as_f64()
+                .unwrap_or(f64::NAN),
+            summary["break_away"]["mu_std"].as_f64().unwrap_or(f64::NAN),
+            summary["friction_curve"]["misfit"]
+                .as_f64()
+                .unwrap_or(f64::NAN),
+            summary["remarks"]
+        );
+        let force = std::fs::read_to_string(out.join("force.csv")).unwrap();
+        let forces: Vec<f64> = force
+            .lines()
+            .skip(1)
+            .map(|l| l.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
+        let mean = forces.iter().sum::<f64>() / forces.len() as f64 / WEIGHT;
+        println!("    mean coefficient {mean:.3}");
+        assert!((0.25..0.55).contains(&mean), "{name}: {mean}");
     }
 }

@@ -45,6 +45,35 @@ fn val_observer_matrix_is_equation_11() {
     }
 }
 
+// Source: trials with other software: condition of the observability matrix 1e19 in SI units, 2.7e2
+// with scaled states and time in 1/sqrt(w_1 w_2).
+#[test]
+fn val_scaled_states_make_the_observability_matrix_well_conditioned() {
+    let beam = beam();
+    let a = poles::extended_matrix(&beam);
+    let condition = |scale: [f64; 5], rate: f64| {
+        let scaled = DMatrix::from_fn(5, 5, |i, j| a[(i, j)] * scale[j] / scale[i] / rate);
+        let mut row =
+            DMatrix::from_row_slice(1, 5, &[2.0 * scale[0], 0.0, -2.0 * scale[2], 0.0, 0.0]);
+        let mut observability = DMatrix::zeros(5, 5);
+        for k in 0..5 {
+            observability.set_row(k, &row.row(0));
+            row = &row * &scaled;
+        }
+        let values = observability.singular_values();
+        values.max() / values.min()
+    };
+    let w: Vec<f64> = beam.modes().iter().map(|m| m.angular_frequency()).collect();
+    let states = [1.0, w[0], 1.0, w[1], 1.0 / beam.force_scale()];
+    let (raw, scaled) = (
+        condition([1.0; 5], 1.0),
+        condition(states, (w[0] * w[1]).sqrt()),
+    );
+    println!("condition {raw:.1e} in SI units, {scaled:.1e} scaled");
+    assert!(raw > 1e16);
+    assert!((scaled / 270.0 - 1.0).abs() < 0.05);
+}
+
 /// Largest coefficient error of the characteristic polynomial, scaled by the pole radius.
 fn polynomial_error(matrix: &DMatrix<f64>, poles: &[Complex<f64>]) -> f64 {
     let radius = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
@@ -96,6 +125,7 @@ fn val_poles_lie_where_asked_repeated_ones_too() {
                 }
             }
             let error = polynomial_error(&matrix, &wanted);
+            println!("{rule:?}: {error:.1e}");
             assert!(error < 1e-10, "{rule:?}: {error:e}");
             // Discrete: A (I - K c) has the poles exp(p T).
             let k = discrete_gain(&beam, &wanted, 5e-5).unwrap();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Output interval, which is also the communication step, in s
     #[arg(long, value_name = "S", default_value_t = 1e-4)]
     step: f64,
-    /// Start value of any variable of the FMU, in the variable's unit; may be repeated
+    /// Start value of any variable of the FMU, in the variable's unit, or @FILE with one per line; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     /// Variables to write, separated by commas [default: every output]
@@ -70,11 +70,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
-    let settings = arguments
-        .settings
-        .iter()
-        .map(|text| setting(text))
-        .collect::<Result<Vec<_>, _>>()?;
+    let mut settings = Vec::new();
+    for text in &arguments.settings {
+        match text.strip_prefix('@') {
+            Some(file) => settings.extend(settings_of(Path::new(file))?),
+            None => settings.push(setting(text)?),
+        }
+    }
     let step = positive("--step", arguments.step)?;
     let steps = (positive("--duration", arguments.duration)? / step)
         .round()
@@ -129,6 +131,16 @@ fn positive(option: &'static str, value: f64) -> Result<f64, Error> {
         value: value.to_string(),
         rule: "s is not possible; give a time greater than zero".into(),
     })
+}
+
+/// Start values from a file: one NAME=VALUE per line; lines that begin with `#` are comments.
+fn settings_of(file: &Path) -> Result<Vec<(String, f64)>, Error> {
+    let text = std::fs::read_to_string(file).map_err(Error::read(file))?;
+    text.lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with('#'))
+        .map(setting)
+        .collect()
 }
 
 fn setting(text: &str) -> Result<(String, f64), Error> {

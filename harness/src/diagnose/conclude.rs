@@ -1,7 +1,7 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
 use super::contender::Contender;
-use super::fit::{Data, Fit, Fitter};
+use super::fit::{Data, Effort, Fit, Fitter};
 use super::hypothesis::Hypothesis;
 use super::judge::{self, Care, Judgement};
 use super::knob::Scale;
@@ -24,7 +24,10 @@ pub const NULL_GAIN: f64 = 40.0;
 const TIE: f64 = 12.0;
 
 /// Jacobians for the last fit of each rung.
-const REFIT: usize = 12;
+const REFIT: usize = 40;
+/// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
+/// valley.
+const REFIT_TOLERANCE: f64 = 1e-6;
 
 /// One step of the ladder, fitted on all shots.
 pub struct Rungs {
@@ -84,7 +87,11 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(REFIT));
+    let effort = Effort {
+        tolerance: REFIT_TOLERANCE,
+        ..search::effort(REFIT)
+    };
+    let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
     let found = fitter.settle(start);
     let fit = fitter.run(found.point);
     let simulations = predictor.count;

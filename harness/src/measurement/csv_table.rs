@@ -76,6 +76,12 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<(Vec<f64>, Vec<f6
     Ok((time, displacement))
 }
 
+/// Names of the usual columns in the CSV files that `simulate` writes.
+const SIMULATED: [(&str, &str); 2] = [
+    ("time_s", "time"),
+    ("tip_displacement_m", "tip_displacement"),
+];
+
 fn column(
     path: &Path,
     header: &StringRecord,
@@ -89,7 +95,11 @@ fn column(
         present: header.iter().map(str::to_owned).collect(),
         nearest: nearest(name, header.iter()),
     };
-    header.iter().position(|h| h == name).ok_or_else(missing)
+    let place = |name: &str| header.iter().position(|h| h == name);
+    let as_simulated = || SIMULATED.iter().find(|(own, _)| *own == name);
+    place(name)
+        .or_else(|| as_simulated().and_then(|(_, simulated)| place(simulated)))
+        .ok_or_else(missing)
 }
 
 fn number(path: &Path, line: u64, column: &str, text: &str) -> Result<f64, Error> {

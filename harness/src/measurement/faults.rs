@@ -30,12 +30,20 @@ const BY_CHANCE: f64 = 0.01;
 /// A step into or out of the stretch must exceed this many resolution steps, else the motion is just slow.
 const ABRUPT: f64 = 5.0;
 
-/// Finds stretches of equal samples with an abrupt step at one end.
+/// Share of equal neighbours inside the range below which a recorder is fine: there, equal samples at an end of the range need no
+/// abrupt step to be clipped ones, only [`LONG`] of them. A smooth crest of so fine a record repeats a value four times at most
+/// (1000 samples per radian, `2 sqrt(2 q/A)/(w dt)` samples within one step `q` of the crest `A`).
+const FINE: f64 = 0.002;
+const LONG: usize = 8;
+
+/// Finds stretches of equal samples with an abrupt step at one end, and long ones at an end of a finely recorded range.
 pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
     let largest = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let smallest = signal.iter().copied().fold(f64::INFINITY, f64::min);
     let equal = signal.windows(2).filter(|w| w[0] == w[1]).count() as f64 / signal.len() as f64;
     let by_chance = |samples: usize| signal.len() as f64 * equal.powi(samples as i32 - 1);
+    let inside = |w: &&[f64]| w[0] == w[1] && w[0] != largest && w[0] != smallest;
+    let fine = signal.windows(2).filter(inside).count() as f64 <= FINE * signal.len() as f64;
     let mut faults = Vec::new();
     let mut first = 0_usize;
     for stretch in signal.chunk_by(|a, b| a == b) {
@@ -56,10 +64,10 @@ pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
         } else {
             HELD_FROM
         };
-        if samples >= shortest
-            && by_chance(samples) < BY_CHANCE
-            && before.max(after) > ABRUPT * noise.resolution
-        {
+        let abrupt =
+            by_chance(samples) < BY_CHANCE && before.max(after) > ABRUPT * noise.resolution;
+        let saturated = kind == FaultKind::Clipped && fine && samples >= LONG;
+        if samples >= shortest && (abrupt || saturated) {
             faults.push(Fault {
                 kind,
                 first,
@@ -103,6 +111,17 @@ mod tests {
                 .iter()
                 .all(|f| f.kind == FaultKind::Clipped && f.samples > 80)
         );
+    }
+
+    #[test]
+    fn val_slow_clipping_of_a_fine_record_is_found() {
+        // The signal creeps into the limit: no step is abrupt.
+        let clipped: Vec<f64> = sine(1e-9).into_iter().map(|v| v.min(0.9)).collect();
+        let faults = find(&clipped, &noise(1e-2));
+        assert_eq!(faults.len(), 3, "{faults:?}");
+        assert!(faults.iter().all(|f| f.kind == FaultKind::Clipped));
+        assert_eq!(find(&sine(1e-9), &noise(1e-2)), []);
+        assert_eq!(find(&sine(0.02), &noise(1e-2)), []);
     }
 
     #[test]

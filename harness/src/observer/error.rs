@@ -106,6 +106,20 @@ pub enum ObserverError {
         /// Its time in s.
         time_s: f64,
     },
+    /// Most of the record lies at an end of the sensor's range.
+    #[error(
+        "{clipped} of {count} samples are clipped at {low_m} m or {high_m} m: the signal is saturated, the force cannot be observed; enlarge the sensor's range or move the sensor"
+    )]
+    Saturated {
+        /// Number of clipped samples.
+        clipped: usize,
+        /// Number of samples.
+        count: usize,
+        /// Smallest displacement in m.
+        low_m: f64,
+        /// Largest displacement in m.
+        high_m: f64,
+    },
     /// The displacement does not move.
     #[error(
         "the displacement is {value_m} m in all {count} samples; there is nothing to observe, check the sensor channel"

@@ -80,6 +80,10 @@ pub struct StickSlipSettings {
     pub rounds: usize,
     /// Expectation-maximisation steps in the last round.
     pub iterations: usize,
+    /// Samples at the beginning of a stick phase without pseudo measurement: which of two samples
+    /// is the last in slip cannot be told when the tip comes to rest close to one, and a sample
+    /// wrongly held at rest loses the peak of the force before the jump.
+    pub arrival_samples: usize,
     /// Samples at the end of a stick phase without pseudo measurement: the velocity leaves zero
     /// gradually there.
     pub break_away_samples: usize,
@@ -93,6 +97,7 @@ impl Default for StickSlipSettings {
             velocity_std: None,
             rounds: 3,
             iterations: 30,
+            arrival_samples: 1,
             break_away_samples: 3,
         }
     }
@@ -180,7 +185,11 @@ pub fn smooth_stick_slip(
         phases = segments(&time, &relative, &smoothed.velocity_std, &settings.segments)?;
         let last = round + 1 >= settings.rounds;
         let (before, after, iterations) = if last {
-            (0, settings.break_away_samples, settings.iterations)
+            (
+                settings.arrival_samples,
+                settings.break_away_samples,
+                settings.iterations,
+            )
         } else {
             (SEARCH_MARGIN, SEARCH_MARGIN, SEARCH_ITERATIONS)
         };
@@ -233,8 +242,8 @@ pub(super) fn smooth_fixed(
     let velocity_std = settings
         .velocity_std
         .unwrap_or(DEFAULT_HELD_SHARE * belt.size(count));
-    let after = settings.break_away_samples;
-    let held = held_velocity(phases, belt, velocity_std, count, 0, after);
+    let (before, after) = (settings.arrival_samples, settings.break_away_samples);
+    let held = held_velocity(phases, belt, velocity_std, count, before, after);
     let solution = learn_jumps(&record, levels, &held, iterations);
     Ok(record.unscale(&solution, levels))
 }

@@ -1,7 +1,8 @@
 //! Everything the observer says of one run.
 
+use super::characteristic::{self, Point};
 use super::{Arguments, Method};
-use crate::measurement::Run;
+use crate::measurement::{FaultKind, Run};
 use crate::observer::{
     BeltVelocity, Bin, Contact, CurveSettings, DwellResult, Estimate, FrictionCurve, LawFit,
     LawPoints, NormalForce, ObserverError, Phase, PhaseMode, PoleRule, SegmentSettings, Settings,
@@ -43,6 +44,10 @@ pub struct Observation {
     pub bins: Vec<Bin>,
     /// The friction curve by shooting, where there was one.
     pub curve: Option<FrictionCurve>,
+    /// Whether that curve explains the slip events, so that it may stand for the friction.
+    pub curve_trusted: bool,
+    /// The characteristic as friction.csv has it.
+    pub characteristic: Vec<Point>,
     /// Laws, best first, table last.
     pub laws: Vec<LawFit>,
     /// Break-away against dwell time.
@@ -97,21 +102,64 @@ const STICK_MISFIT: f64 = 3.0;
 /// Misfit of the friction curve above which friction is not one curve.
 const CURVE_MISFIT: f64 = 1.5;
 
+/// Share of clipped samples from which on the force would be the model's and not the record's.
+const MOSTLY: f64 = 0.5;
+
+/// Number of samples in faults of one kind.
+fn faulty(run: &Run, kind: FaultKind) -> usize {
+    let of_kind = run.faults.iter().filter(|f| f.kind == kind);
+    of_kind.map(|f| f.samples).sum()
+}
+
+/// Remarks on samples that are not there or not to be trusted.
+fn faults(run: &Run, record: &UniformRecord) -> Vec<String> {
+    let count = record.displacement.len();
+    let (clipped, held) = (
+        faulty(run, FaultKind::Clipped),
+        faulty(run, FaultKind::Held),
+    );
+    let gaps = count.saturating_sub(run.time.len());
+    let bridged = "they were left out and bridged by the model, where the force is less certain";
+    let remark = |found: usize, what: &str| {
+        (found > 0).then(|| format!("{found} of {count} samples {what}; {bridged}."))
+    };
+    [
+        remark(gaps, "are missing (gaps in the time column)"),
+        remark(clipped, "are clipped: the signal is saturated at an end of the sensor's range, which should be larger"),
+        remark(held, "repeat a held value: the recorder lost them"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
 /// Observes a run.
 pub fn observe(
     run: &Run,
     structure: Structure,
     arguments: &Arguments,
+    rule: &PoleRule,
     mut remarks: Vec<String>,
 ) -> Result<Observation, ObserverError> {
-    let record = UniformRecord::of(&run.time, &run.displacement, Some(&run.trusted()))?;
-    if record.missing > 0 {
-        remarks.push(format!(
-            "{} of {} samples are missing, clipped or held; they were bridged by the model.",
-            record.missing,
-            record.displacement.len()
-        ));
+    let clipped = faulty(run, FaultKind::Clipped);
+    if clipped as f64 > MOSTLY * run.time.len() as f64 {
+        return Err(ObserverError::Saturated {
+            clipped,
+            count: run.time.len(),
+            low_m: run
+                .displacement
+                .iter()
+                .copied()
+                .fold(f64::INFINITY, f64::min),
+            high_m: run
+                .displacement
+                .iter()
+                .copied()
+                .fold(f64::NEG_INFINITY, f64::max),
+        });
     }
+    let record = UniformRecord::of(&run.time, &run.displacement, Some(&run.trusted()))?;
+    remarks.extend(faults(run, &record));
     let belt = BeltVelocity::Constant(run.belt_velocity);
     let settings = Settings {
         offset: arguments.offset,
@@ -155,6 +203,8 @@ pub fn observe(
         phases: Vec::new(),
         bins: Vec::new(),
         curve: None,
+        curve_trusted: false,
+        characteristic: Vec::new(),
         laws: Vec::new(),
         dwell: None,
         whiteness: plain.whiteness.clone(),
@@ -174,21 +224,17 @@ pub fn observe(
     match arguments.method {
         Method::Kalman => {}
         Method::Pole => {
-            let rule = match arguments.pole_frequency {
-                Some(frequency_hz) => PoleRule::AtZeros { frequency_hz },
-                None => PoleRule::FromData,
-            };
-            let shifted: Vec<f64> = out.measured.clone();
-            let found = place(
-                &out.structure,
-                interval,
-                &shifted,
-                &rule,
-                TimeForm::Discrete,
-            )?;
+            let measured = &out.measured;
+            let found = place(&out.structure, interval, measured, rule, TimeForm::Discrete)?;
             out.remarks.push(format!(
-                "Poles at {:.0} Hz and the transmission zeros; the force is late by {:.2} ms and was moved earlier by that.",
-                found.poles[0].norm() / std::f64::consts::TAU,
+                "Poles at {}; the force is late by {:.2} ms and was moved earlier by that.",
+                match rule {
+                    PoleRule::Given(_) => "the places given".to_owned(),
+                    _ => format!(
+                        "{:.0} Hz and the transmission zeros",
+                        found.poles[0].norm() / std::f64::consts::TAU
+                    ),
+                },
                 1e3 * found.delay
             ));
             out.force = found.force_without_delay(interval);
@@ -285,7 +331,9 @@ fn friction(
     }
     let normal = NormalForce::Constant(out.normal_force);
     out.offset = offset_from_symmetry(&out.structure, &bins, normal);
+    out.curve_trusted = trusted.is_some();
     (out.bins, out.dwell, out.curve, out.laws) = (bins, dwell, curve, laws);
+    out.characteristic = characteristic::best(out);
     out.remarks.extend(remarks);
 }
 

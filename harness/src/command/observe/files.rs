@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::Observation;
-use crate::observer::LawFit;
+use crate::observer::{FrictionLaw, LawFit};
 
 /// One line per sample; empty where a value is not known.
 pub fn force(o: &Observation) -> String {
@@ -30,17 +30,30 @@ pub fn force(o: &Observation) -> String {
     csv
 }
 
-/// One line per bin.
+/// One line per point of the characteristic.
 pub fn friction(o: &Observation) -> String {
     let mut csv = String::from("relative_velocity_m_per_s,mu,mu_std,count\n");
-    for bin in &o.bins {
+    for point in &o.characteristic {
         let _ = writeln!(
             csv,
             "{:.6e},{:.6e},{:.6e},{}",
-            bin.relative_velocity, bin.mu, bin.mu_std, bin.count
+            point.relative_velocity, point.mu, point.mu_std, point.count
         );
     }
     csv
+}
+
+/// Start values that give the model the measured characteristic as a table: one NAME=VALUE per line, for `simulate --set @FILE`.
+pub fn table(o: &Observation) -> Option<String> {
+    let table = o
+        .laws
+        .iter()
+        .find(|l| matches!(l.law, FrictionLaw::Table { .. }))?;
+    let mut text = format!("# friction of {} as a table\n", o.name);
+    for (name, value) in table.law.start_values() {
+        let _ = writeln!(text, "{name}={value}");
+    }
+    Some(text)
 }
 
 /// The results without the columns.
@@ -68,8 +81,13 @@ pub fn json(o: &Observation) -> String {
             "mu_mean": d.mu_mean, "mu_std": d.mu_std, "events": d.events.len(),
             "slope_per_ln_dwell": d.slope, "slope_interval": d.slope_interval, "verdict": d.verdict(),
         })),
+        "bins": o.bins.iter().map(|b| json!({
+            "low_m_per_s": b.low, "high_m_per_s": b.high, "relative_velocity_m_per_s": b.relative_velocity,
+            "mu": b.mu, "spread": b.mu_std, "standard_error": b.mu_error, "count": b.count, "phases": b.phases,
+        })).collect::<Vec<_>>(),
         "friction_curve": o.curve.as_ref().map(|c| json!({
             "speed_m_per_s": c.speed, "mu": c.mu, "mu_std": c.mu_std, "events": c.events, "misfit": c.misfit,
+            "explains_the_slip": o.curve_trusted,
         })),
         "laws": o.laws.iter().map(law).collect::<Vec<_>>(),
         "drift_m_per_s": estimate(o.drift),
@@ -89,6 +107,7 @@ fn law(fit: &LawFit) -> Value {
         "criterion": fit.criterion,
         "parameters": fit.parameters.iter().map(|p| json!({
             "name": p.name, "unit": p.unit, "value": p.value, "low": p.low, "high": p.high,
+            "determined": p.is_determined(),
         })).collect::<Vec<_>>(),
         "start_values": fit.law.start_values().into_iter().collect::<std::collections::BTreeMap<_, _>>(),
     })

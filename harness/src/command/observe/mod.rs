@@ -1,8 +1,10 @@
 //! `stickslip observe`: friction force and friction characteristic from one measured run.
 
 mod analysis;
+mod characteristic;
 mod files;
 mod page;
+mod pictures;
 mod terminal;
 
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ pub use analysis::Observation;
 
 use crate::error::Error;
 use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
-use crate::observer::Structure;
+use crate::observer::{PoleRule, Structure};
 use crate::output::{make_folder, write_file};
 
 /// Ways to estimate the force.
@@ -66,8 +68,16 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "stick-slip")]
     method: Method,
     /// Speed of the observer's poles in Hz, for --method pole [default: from the data]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pole_frequency: Option<f64>,
+    /// The observer's poles one by one in 1/s, for --method pole: 2 per mode and 1, as "-900 -400+700i -400-700i ..."
+    #[arg(
+        long,
+        value_name = "POLES",
+        allow_hyphen_values = true,
+        conflicts_with = "pole_frequency"
+    )]
+    poles: Option<String>,
     /// Estimate the natural frequencies too, within this share of those given (0.01 is 1 %)
     #[arg(long, value_name = "SHARE")]
     estimate_frequencies: Option<f64>,
@@ -79,7 +89,7 @@ pub struct Arguments {
         allow_negative_numbers = true
     )]
     offset: f64,
-    /// Folder for force.csv, friction.csv and observer.html
+    /// Folder for force.csv, friction.csv, friction_table.set and observer.html
     #[arg(short, long, value_name = "DIR", default_value = "observer")]
     output: PathBuf,
     /// Print the results as JSON instead of the summary
@@ -96,10 +106,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let source = arguments.campaign.as_ref().or(arguments.beam.as_ref());
     let beam_file = source.map_or(Path::new(""), PathBuf::as_path);
     let structure = structure(&campaign.beam, beam_file, &mut remarks)?;
+    let rule = pole_rule(arguments)?;
     let observation =
-        analysis::observe(run, structure, arguments, remarks).map_err(|source| Error::Observe {
-            path: run.file.clone(),
-            source,
+        analysis::observe(run, structure, arguments, &rule, remarks).map_err(|source| {
+            Error::Observe {
+                path: run.file.clone(),
+                source,
+            }
         })?;
     let into = |name: &str| arguments.output.join(name);
     write_file(&into("force.csv"), files::force(&observation).as_bytes())?;
@@ -107,6 +120,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         &into("friction.csv"),
         files::friction(&observation).as_bytes(),
     )?;
+    if let Some(table) = files::table(&observation) {
+        write_file(&into("friction_table.set"), table.as_bytes())?;
+    }
     let report = into("observer.html");
     write_file(&report, page::html(&observation).as_bytes())?;
     if arguments.json {
@@ -135,6 +151,26 @@ fn load(arguments: &Arguments) -> Result<Campaign, Error> {
             Campaign::of_single_run(&single, beam)
         }
         _ => Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new("."))),
+    }
+}
+
+/// The rule for the poles that the options say.
+fn pole_rule(arguments: &Arguments) -> Result<PoleRule, Error> {
+    let Some(text) = &arguments.poles else {
+        return Ok(match arguments.pole_frequency {
+            Some(frequency_hz) => PoleRule::AtZeros { frequency_hz },
+            None => PoleRule::FromData,
+        });
+    };
+    let parse = |pole: &str| pole.parse().ok();
+    let poles = text.split([' ', ',']).filter(|p| !p.is_empty()).map(parse);
+    match poles.collect::<Option<Vec<_>>>() {
+        Some(poles) => Ok(PoleRule::Given(poles)),
+        None => Err(Error::Option {
+            option: "--poles",
+            value: text.clone(),
+            rule: "is not a list of complex numbers in 1/s; for example --poles \"-900 -400+700i -400-700i\"".into(),
+        }),
     }
 }
 

@@ -65,13 +65,17 @@ pub fn summary(o: &Observation) -> String {
             ),
         );
         for p in &best.parameters {
-            let range = format!(
-                "{}  [{} to {}] {}",
-                number(p.value, 3),
-                number(p.low, 3),
-                number(p.high, 3),
-                p.unit
-            );
+            let range = if p.is_determined() {
+                format!(
+                    "{}  [{} to {}] {}",
+                    number(p.value, 3),
+                    number(p.low, 3),
+                    number(p.high, 3),
+                    p.unit
+                )
+            } else {
+                format!("{}  not determined by this record", number(p.value, 3))
+            };
             line(&format!("  {}", p.name), range);
         }
     }

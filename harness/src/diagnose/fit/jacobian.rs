@@ -33,81 +33,40 @@ impl Fitter<'_, '_> {
         let shot = &self.data.shots[k];
         let h = self.hypothesis;
         let n = residual.len();
-        let noise = self.data.noise[shot.run];
-        let used = self.used(shot);
-        let target = (0.3 * noise).max(3e-9);
-        let stuck = point.stuck[k];
-        let list = directions(h, stuck);
+        let list = directions(h, point.stuck[k]);
         let own = h.own[shot.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut knobs = DMatrix::zeros(n, h.shared.len() + own);
-        let mut trial = Point {
+        let mut values = Values {
+            state: point.states[k].clone(),
             shared: point.shared.clone(),
-            own: vec![Vec::new(); point.own.len()],
-            states: Vec::new(),
-            stuck: Vec::new(),
+            own: point.own[shot.run].clone(),
         };
-        trial.own[shot.run] = point.own[shot.run].clone();
-        let mut state = point.states[k].clone();
-        let stride = self.effort.stride;
-        let mut out = Vec::new();
-        let mut column =
-            |this: &mut Self, trial: &Point, state: &[f64], step: f64, into: &mut [f64]| -> f64 {
-                let done = this.predictor.predict(
-                    shot,
-                    &trial.shared,
-                    &trial.own[shot.run],
-                    state,
-                    stuck,
-                    used,
-                    stride,
-                    &mut out,
-                );
-                let mut norm = 0.0;
-                if matches!(done, Ok(true)) {
-                    for (i, y) in out.iter().enumerate() {
-                        let changed = if shot.trusted[i * stride] {
-                            shot.measured[i * stride] - y
-                        } else {
-                            0.0
-                        };
-                        let slope = (residual[i] - changed) / step;
-                        into[i] = if slope.is_finite() { slope } else { 0.0 };
-                        norm += into[i] * into[i];
-                    }
-                }
-                (norm / n as f64).sqrt() * step.abs()
-            };
         for (c, &i) in list.iter().enumerate() {
-            let step = self.state_step[i];
-            state[i] += step;
-            let response = column(
-                self,
-                &trial,
-                &state,
-                step,
-                states.column_mut(c).as_mut_slice(),
+            let mut column = states.column_mut(c);
+            self.difference(
+                k,
+                &mut values,
+                Turn::State(i),
+                &residual,
+                point.stuck[k],
+                column.as_mut_slice(),
             );
-            state[i] = point.states[k][i];
-            adapt(&mut self.state_step[i], response, target);
+        }
+        if self.effort.knobs && self.effort.shared {
+            for c in 0..h.shared.len() {
+                let mut column = knobs.column_mut(c);
+                self.difference(
+                    k,
+                    &mut values,
+                    Turn::Shared(c),
+                    &residual,
+                    point.stuck[k],
+                    column.as_mut_slice(),
+                );
+            }
         }
         if self.effort.knobs {
-            if self.effort.shared {
-                for c in 0..h.shared.len() {
-                    let knob = &h.shared[c];
-                    let step = towards_inside(knob, point.shared[c], self.shared_step[c]);
-                    trial.shared[c] += step;
-                    let response = column(
-                        self,
-                        &trial,
-                        &state,
-                        step,
-                        knobs.column_mut(c).as_mut_slice(),
-                    );
-                    trial.shared[c] = point.shared[c];
-                    adapt(&mut self.shared_step[c], response, target);
-                }
-            }
             for c in 0..own {
                 let knob = &h.own[shot.run][c];
                 let outside = knob.support.is_some_and(|(low, high)| {
@@ -117,26 +76,22 @@ impl Fitter<'_, '_> {
                 if knob.prior_std == 0.0 || outside {
                     continue;
                 }
+                let mut column = knobs.column_mut(h.shared.len() + c);
                 if knob.is_offset() {
                     // Added to the displacement as it is.
-                    for (i, row) in (0..used).step_by(stride).enumerate() {
-                        knobs[(i, h.shared.len() + c)] = f64::from(u8::from(shot.trusted[row]));
+                    let stride = self.effort.stride;
+                    for (i, slope) in column.iter_mut().enumerate() {
+                        *slope = f64::from(u8::from(shot.trusted[i * stride]));
                     }
-                    continue;
-                }
-                let at = point.own[shot.run][c];
-                let step = towards_inside(knob, at, self.own_step[shot.run][c]);
-                trial.own[shot.run][c] += step;
-                let response = column(
-                    self,
-                    &trial,
-                    &state,
-                    step,
-                    knobs.column_mut(h.shared.len() + c).as_mut_slice(),
-                );
-                trial.own[shot.run][c] = at;
-                if knob.support.is_none() {
-                    adapt(&mut self.own_step[shot.run][c], response, target);
+                } else {
+                    self.difference(
+                        k,
+                        &mut values,
+                        Turn::Own(c),
+                        &residual,
+                        point.stuck[k],
+                        column.as_mut_slice(),
+                    );
                 }
             }
         }
@@ -146,12 +101,128 @@ impl Fitter<'_, '_> {
             knobs,
         }
     }
+
+    /// Derivative of a shot's prediction by one thing that can be turned, written into `column`. A step
+    /// whose response is far too strong to be linear is taken again smaller.
+    fn difference(
+        &mut self,
+        k: usize,
+        values: &mut Values,
+        turn: Turn,
+        residual: &[f64],
+        stuck: bool,
+        column: &mut [f64],
+    ) {
+        let shot = &self.data.shots[k];
+        let used = self.used(shot);
+        let stride = self.effort.stride;
+        let target = (RESPONSE * self.data.noise[shot.run]).max(LEAST_RESPONSE);
+        let mut out = std::mem::take(&mut self.buffer);
+        for _ in 0..ATTEMPTS {
+            let (at, step) = self.step_of(k, values, turn);
+            *values.of(turn) = at + step;
+            let done = self.predictor.predict(
+                shot,
+                &values.shared,
+                &values.own,
+                &values.state,
+                stuck,
+                used,
+                stride,
+                &mut out,
+            );
+            *values.of(turn) = at;
+            let mut norm = 0.0;
+            if matches!(done, Ok(true)) {
+                for (i, y) in out.iter().enumerate() {
+                    let changed = if shot.trusted[i * stride] {
+                        shot.measured[i * stride] - y
+                    } else {
+                        0.0
+                    };
+                    let slope = (residual[i] - changed) / step;
+                    column[i] = if slope.is_finite() { slope } else { 0.0 };
+                    norm += column[i] * column[i];
+                }
+            }
+            let response = (norm / residual.len() as f64).sqrt() * step.abs();
+            if response <= 0.0 || !response.is_finite() {
+                break;
+            }
+            // The response should be a fraction of the noise, in the linear range.
+            let (size, most) = self.size_of(k, turn);
+            *size = (*size * (target / response).clamp(0.02, 20.0)).min(most);
+            if response < TOO_STRONG * target {
+                break;
+            }
+        }
+        self.buffer = out;
+    }
+
+    /// Where a quantity stands, and the step to take.
+    fn step_of(&mut self, k: usize, values: &mut Values, turn: Turn) -> (f64, f64) {
+        let at = *values.of(turn);
+        let size = *self.size_of(k, turn).0;
+        let run = self.data.shots[k].run;
+        let step = match turn {
+            Turn::State(_) => size,
+            Turn::Shared(c) => towards_inside(&self.hypothesis.shared[c], at, size),
+            Turn::Own(c) => towards_inside(&self.hypothesis.own[run][c], at, size),
+        };
+        (at, step)
+    }
+
+    /// The size of a step, and the largest sensible one.
+    fn size_of(&mut self, k: usize, turn: Turn) -> (&mut f64, f64) {
+        let run = self.data.shots[k].run;
+        let steps = &mut self.steps[k];
+        match turn {
+            Turn::State(i) => (&mut steps.states[i], f64::INFINITY),
+            Turn::Shared(c) => (
+                &mut steps.shared[c],
+                LARGEST_STEP * self.hypothesis.shared[c].step,
+            ),
+            Turn::Own(c) => (
+                &mut steps.own[c],
+                LARGEST_STEP * self.hypothesis.own[run][c].step,
+            ),
+        }
+    }
 }
 
-/// Keeps difference quotients in the linear range: the response should be a fraction of the noise.
-fn adapt(step: &mut f64, response: f64, target: f64) {
-    if response > 0.0 && response.is_finite() {
-        *step *= (target / response).clamp(0.2, 5.0).powf(0.5);
+/// Response of a difference quotient's step in units of the noise, ...
+const RESPONSE: f64 = 0.3;
+/// ... at least this in m, above the integrator's errors; ...
+const LEAST_RESPONSE: f64 = 3e-9;
+/// ... a response this many times stronger may lie beyond a transition, ...
+const TOO_STRONG: f64 = 20.0;
+/// ... and is tried again so often at most.
+const ATTEMPTS: usize = 3;
+/// Largest step in units of the first one.
+const LARGEST_STEP: f64 = 10.0;
+
+/// What a difference quotient turns.
+#[derive(Clone, Copy)]
+enum Turn {
+    State(usize),
+    Shared(usize),
+    Own(usize),
+}
+
+/// Values of all that can be turned in a shot.
+struct Values {
+    state: Vec<f64>,
+    shared: Vec<f64>,
+    own: Vec<f64>,
+}
+
+impl Values {
+    fn of(&mut self, turn: Turn) -> &mut f64 {
+        match turn {
+            Turn::State(i) => &mut self.state[i],
+            Turn::Shared(i) => &mut self.shared[i],
+            Turn::Own(i) => &mut self.own[i],
+        }
     }
 }
 

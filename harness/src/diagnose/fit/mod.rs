@@ -111,16 +111,21 @@ struct Place {
     merit: f64,
 }
 
+/// Steps of the difference quotients of a shot.
+struct Steps {
+    states: Vec<f64>,
+    shared: Vec<f64>,
+    own: Vec<f64>,
+}
+
 /// A fit in progress.
 pub struct Fitter<'a, 'b> {
     predictor: &'b mut Predictor<'a>,
     hypothesis: &'a Hypothesis,
     data: &'b Data<'b>,
     effort: Effort,
-    /// Step of each difference quotient, adapted to the response.
-    shared_step: Vec<f64>,
-    own_step: Vec<Vec<f64>>,
-    state_step: Vec<f64>,
+    /// Steps of the difference quotients for each shot, adapted to the response that each has there.
+    steps: Vec<Steps>,
     buffer: Vec<f64>,
 }
 
@@ -132,20 +137,21 @@ impl<'a, 'b> Fitter<'a, 'b> {
         data: &'b Data<'b>,
         effort: Effort,
     ) -> Self {
-        let mut state_step = Vec::new();
-        for j in 0..hypothesis.modes {
-            let _ = j;
-            state_step.extend([1e-8, 1e-5]);
-        }
-        state_step.extend(hypothesis.extra_states.iter().map(|s| 1e-3 * s.1));
+        let of_states = (0..hypothesis.modes)
+            .flat_map(|_| [1e-8, 1e-5])
+            .chain(hypothesis.extra_states.iter().map(|s| 1e-3 * s.1));
+        let of_states: Vec<f64> = of_states.collect();
+        let steps = data
+            .shots
+            .iter()
+            .map(|shot| Steps {
+                states: of_states.clone(),
+                shared: hypothesis.shared.iter().map(|k| k.step).collect(),
+                own: hypothesis.own[shot.run].iter().map(|k| k.step).collect(),
+            })
+            .collect();
         Self {
-            shared_step: hypothesis.shared.iter().map(|k| k.step).collect(),
-            own_step: hypothesis
-                .own
-                .iter()
-                .map(|run| run.iter().map(|k| k.step).collect())
-                .collect(),
-            state_step,
+            steps,
             predictor,
             hypothesis,
             data,

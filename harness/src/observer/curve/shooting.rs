@@ -1,7 +1,7 @@
 //! One slip event simulated with a given friction curve: from stick through break-away and slip
-//! into the next stick. The engine of [`super::curve`].
+//! into the next stick. The engine of [`super`].
 
-use super::structure::{MODE_LIMIT, Structure};
+use crate::observer::structure::{MODE_LIMIT, Structure};
 
 /// Modal coordinates and velocities `[q_1, q_1', q_2, ...]` in m and m/s; unused places are zero.
 pub(super) type State = [f64; 2 * MODE_LIMIT];
@@ -167,6 +167,12 @@ impl Plant {
             };
             let end = self.step(x, left, &force);
             let after = margin(&end);
+            // A trial curve may drive the motion beyond all bounds: then there is no event to find,
+            // and the misfit, not a number, refuses the trial.
+            if !after.is_finite() {
+                *x = end;
+                return;
+            }
             if after >= 0.0 || !contact.armed {
                 // Just after break-away the speed starts at zero; it counts once positive.
                 contact.armed |= after > 0.0;
@@ -213,7 +219,9 @@ fn cross(start: f64, end: f64, width: f64, value: impl Fn(f64) -> f64) -> f64 {
         if high - low <= 1e-13 * width {
             break;
         }
-        let middle = (low + (high - low) * at_low / (at_low - at_high)).clamp(low, high);
+        let share = at_low / (at_low - at_high);
+        let share = if share.is_finite() { share } else { 0.5 };
+        let middle = (low + (high - low) * share).clamp(low, high);
         let found = value(middle);
         if found >= 0.0 {
             if middle == low {

@@ -4,8 +4,10 @@
 //! (Stelter 1992, eqs. 2, 3; `phi_j = phi_j(1)`), with the contact force as additional state:
 //! `F' = 0` (his eq. 10), or driven by white noise for the Kalman filter.
 
+mod discrete;
+
 use super::error::ObserverError;
-use nalgebra::{DMatrix, DVector};
+pub use discrete::{DiscreteModel, ForceModel};
 use std::f64::consts::PI;
 
 /// Largest number of modes.
@@ -36,39 +38,6 @@ impl Mode {
     /// Static modal deflection per force at the tip, `phi_j / (m_j w_j^2)` in m/N.
     pub fn modal_compliance(&self) -> f64 {
         self.tip_value / (self.mass_kg * self.angular_frequency().powi(2))
-    }
-
-    /// Free motion over `tau`: `[q, q'/w]` goes to `e [q, q'/w]` (2 x 2, row by row).
-    fn free_motion(&self, tau: f64) -> [[f64; 2]; 2] {
-        let w = self.angular_frequency();
-        let root = (1.0 - self.damping_ratio.powi(2)).sqrt();
-        let decay = (-self.damping_ratio * w * tau).exp();
-        let (sin, cos) = (w * root * tau).sin_cos();
-        let (s, d) = (sin / root, self.damping_ratio * sin / root);
-        [
-            [decay * (cos + d), decay * s],
-            [-decay * s, decay * (cos - d)],
-        ]
-    }
-}
-
-/// How the force is thought to move between samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ForceModel {
-    /// `F' = white noise`: one force state; right when nothing is known of the force.
-    #[default]
-    RandomWalk,
-    /// `F'' = white noise`: two force states `F, F'`; right for smooth forces, smears jumps more.
-    IntegratedRandomWalk,
-}
-
-impl ForceModel {
-    /// Number of force states.
-    pub fn state_count(self) -> usize {
-        match self {
-            ForceModel::RandomWalk => 1,
-            ForceModel::IntegratedRandomWalk => 2,
-        }
     }
 }
 
@@ -261,125 +230,6 @@ impl Structure {
         }
         Ok(())
     }
-
-    /// The scaled state space, exactly discretised at `sample_interval` (s).
-    pub fn discretise(
-        &self,
-        force_model: ForceModel,
-        sample_interval: f64,
-    ) -> Result<DiscreteModel, ObserverError> {
-        self.check_sampling(sample_interval)?;
-        Ok(DiscreteModel {
-            transition: self.transition(force_model, sample_interval),
-            noise: self.noise(force_model, sample_interval),
-            output: self.output(force_model),
-            velocity: self.velocity_output(force_model),
-            force_index: 2 * self.modes.len(),
-            force_scale: self.force_scale(),
-            slope_scale: self.force_scale() / self.modes[0].angular_frequency(),
-        })
-    }
-
-    /// Exact transition matrix over `tau` (s) of the scaled state
-    /// `z = [q_1, q_1'/w_1, q_2, q_2'/w_2, ..., F x_s (, F' x_s / w_1)]`, all in m.
-    ///
-    /// With these scales (and time in `1/sqrt(w_1 w_2)`) the observability matrix of the paper's
-    /// beam has condition 270; in SI units it has 1e19.
-    pub fn transition(&self, force_model: ForceModel, tau: f64) -> DMatrix<f64> {
-        let n = self.modes.len();
-        let size = 2 * n + force_model.state_count();
-        let x_s = self.force_scale();
-        let w_1 = self.modes[0].angular_frequency();
-        let mut a = DMatrix::identity(size, size);
-        for (j, mode) in self.modes.iter().enumerate() {
-            let e = mode.free_motion(tau);
-            let w = mode.angular_frequency();
-            let s = mode.modal_compliance() / x_s;
-            // Constant force: the motion is free about the static deflection (s, 0).
-            let held = [(1.0 - e[0][0]) * s, -e[1][0] * s];
-            for row in 0..2 {
-                a[(2 * j + row, 2 * j)] = e[row][0];
-                a[(2 * j + row, 2 * j + 1)] = e[row][1];
-                a[(2 * j + row, 2 * n)] = held[row];
-            }
-            if force_model == ForceModel::IntegratedRandomWalk {
-                // Rising force: free about the ramp (s (f - 2 D f'/w), s f'/w), f' = w_1 g.
-                let p = [-2.0 * mode.damping_ratio * s * w_1 / w, s * w_1 / w];
-                a[(2 * j, 2 * n + 1)] = p[0] - e[0][0] * p[0] - e[0][1] * p[1] + s * w_1 * tau;
-                a[(2 * j + 1, 2 * n + 1)] = p[1] - e[1][0] * p[0] - e[1][1] * p[1];
-            }
-        }
-        if force_model == ForceModel::IntegratedRandomWalk {
-            a[(2 * n, 2 * n + 1)] = w_1 * tau;
-        }
-        a
-    }
-
-    /// Covariance per interval `tau` (s) for white noise of intensity 1 m^2/s on each force
-    /// state alone, last state last: `integral of Phi g g' Phi'` with `g` the unit vector of that
-    /// state (van Loan 1978, here by Gauss-Legendre quadrature of the exact `Phi`).
-    pub fn noise(&self, force_model: ForceModel, tau: f64) -> Vec<DMatrix<f64>> {
-        let n = 2 * self.modes.len();
-        (0..force_model.state_count())
-            .map(|state| {
-                let size = n + force_model.state_count();
-                let mut q = DMatrix::zeros(size, size);
-                for (node, weight) in GAUSS_LEGENDRE_8 {
-                    for sign in [-1.0, 1.0] {
-                        let at = 0.5 * tau * (1.0 + sign * node);
-                        let phi = self.transition(force_model, at);
-                        let column = phi.column(n + state);
-                        q += 0.5 * tau * weight * column * column.transpose();
-                    }
-                }
-                q
-            })
-            .collect()
-    }
-
-    fn output(&self, force_model: ForceModel) -> DVector<f64> {
-        let mut c = DVector::zeros(2 * self.modes.len() + force_model.state_count());
-        for (j, mode) in self.modes.iter().enumerate() {
-            c[2 * j] = mode.tip_value;
-        }
-        c
-    }
-
-    fn velocity_output(&self, force_model: ForceModel) -> DVector<f64> {
-        let mut c = DVector::zeros(2 * self.modes.len() + force_model.state_count());
-        for (j, mode) in self.modes.iter().enumerate() {
-            c[2 * j + 1] = mode.tip_value * mode.angular_frequency();
-        }
-        c
-    }
-}
-
-/// Positive nodes and weights of the 8-point Gauss-Legendre rule on [-1, 1]
-/// (Abramowitz and Stegun 1964, table 25.4).
-const GAUSS_LEGENDRE_8: [(f64, f64); 4] = [
-    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
-];
-
-/// The scaled, exactly discretised model `z_(k+1) = A z_k + noise`, `w = c z`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiscreteModel {
-    /// `A`, N x N.
-    pub transition: DMatrix<f64>,
-    /// Noise covariance for unit intensity (1 m^2/s) on each force state.
-    pub noise: Vec<DMatrix<f64>>,
-    /// `c` with `w_tip = c z`, N.
-    pub output: DVector<f64>,
-    /// Row with `w_tip' = row z`, N, in 1/s.
-    pub velocity: DVector<f64>,
-    /// Index of the force state.
-    pub force_index: usize,
-    /// `z[force_index] = force_scale F`, in m/N.
-    pub force_scale: f64,
-    /// `z[force_index + 1] = slope_scale F'`, in m s/N.
-    pub slope_scale: f64,
 }
 
 fn check_mode(number: usize, mode: &Mode) -> Result<(), ObserverError> {

@@ -1,0 +1,221 @@
+//! A checked record with its structure: from displacement to filtering task, and back to forces.
+
+use super::levels::Levels;
+use super::{Settings, Smoothed};
+use crate::observer::error::ObserverError;
+use crate::observer::kernel::{Problem, Solution};
+use crate::observer::structure::{DiscreteModel, Structure};
+use crate::observer::whiteness::Whiteness;
+use nalgebra::{DMatrix, DVector};
+
+/// A checked record with its discretised structure.
+pub(in crate::observer) struct Record<'a> {
+    pub structure: &'a Structure,
+    pub model: DiscreteModel,
+    pub sample_interval: f64,
+    pub displacement: Vec<f64>,
+    pub offset: f64,
+    pub(super) mean: f64,
+    pub(super) variance: f64,
+}
+
+impl<'a> Record<'a> {
+    pub fn new(
+        structure: &'a Structure,
+        sample_interval: f64,
+        displacement: &[f64],
+        settings: &Settings,
+    ) -> Result<Self, ObserverError> {
+        let model = structure.discretise(settings.force_model, sample_interval)?;
+        check_settings(settings)?;
+        let displacement: Vec<f64> = displacement.iter().map(|y| y - settings.offset).collect();
+        let (mean, variance) = check_displacement(&displacement, sample_interval, &model)?;
+        Ok(Self {
+            structure,
+            model,
+            sample_interval,
+            displacement,
+            offset: settings.offset,
+            mean,
+            variance,
+        })
+    }
+
+    /// A filtering task with constant noise levels.
+    pub fn problem(&self, levels: Levels, converge: bool) -> Problem<'_> {
+        self.problem_on(&self.displacement, levels, converge)
+    }
+
+    /// The same on other displacements (a part of the record).
+    pub fn problem_on<'b>(
+        &'b self,
+        displacement: &'b [f64],
+        levels: Levels,
+        converge: bool,
+    ) -> Problem<'b> {
+        let last = self.model.noise.len() - 1;
+        let (start, start_covariance) = self.start();
+        Problem {
+            model: &self.model,
+            noise: &self.model.noise[last] * levels.intensity,
+            varying: Vec::new(),
+            measurement_variance: levels.noise_variance,
+            displacement,
+            known: None,
+            start,
+            start_covariance,
+            converge,
+        }
+    }
+
+    /// Start at the static deflection of the mean, with a wide covariance.
+    fn start(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let size = self.model.output.len();
+        let force = self.mean / self.structure.static_compliance();
+        let mut start = DVector::zeros(size);
+        let mut covariance = DMatrix::zeros(size, size);
+        let wide = 100.0 * (self.variance + 1e-4 * self.mean.powi(2));
+        for (j, mode) in self.structure.modes().iter().enumerate() {
+            start[2 * j] = mode.modal_compliance() * force;
+            let q = wide / mode.tip_value.powi(2);
+            covariance[(2 * j, 2 * j)] = q;
+            covariance[(2 * j + 1, 2 * j + 1)] = q;
+        }
+        let first = self.structure.modes()[0].tip_value.powi(2);
+        for state in self.model.force_index..size {
+            covariance[(state, state)] = 10.0 * wide / first;
+        }
+        start[self.model.force_index] = force * self.model.force_scale;
+        (start, covariance)
+    }
+
+    /// Physical columns from scaled states.
+    pub fn unscale(&self, solution: &Solution, levels: Levels) -> Smoothed {
+        let modes = self.structure.modes();
+        let size = solution.size;
+        let column = |index: usize, factor: f64| -> Vec<f64> {
+            let states = solution.states.chunks_exact(size);
+            states.map(|z| z[index] * factor).collect()
+        };
+        let q: Vec<Vec<f64>> = (0..modes.len()).map(|j| column(2 * j, 1.0)).collect();
+        let q_dot: Vec<Vec<f64>> = (0..modes.len())
+            .map(|j| column(2 * j + 1, modes[j].angular_frequency()))
+            .collect();
+        let force = column(self.model.force_index, 1.0 / self.model.force_scale);
+        let tip = |columns: &[Vec<f64>]| -> Vec<f64> {
+            (0..force.len())
+                .map(|k| {
+                    modes
+                        .iter()
+                        .zip(columns)
+                        .map(|(m, c)| m.tip_value * c[k])
+                        .sum()
+                })
+                .collect()
+        };
+        let (displacement, velocity) = (tip(&q), tip(&q_dot));
+        let acceleration = acceleration(self.structure, &q, &q_dot, &force);
+        let std = |variance: &[f64], factor: f64| -> Vec<f64> {
+            variance.iter().map(|v| v.sqrt() * factor).collect()
+        };
+        let terms = solution.likelihood;
+        Smoothed {
+            sample_interval: self.sample_interval,
+            q,
+            q_dot,
+            force_std: std(&solution.variance[0], 1.0 / self.model.force_scale.abs()),
+            force,
+            displacement,
+            displacement_std: std(&solution.variance[1], 1.0),
+            velocity,
+            velocity_std: std(&solution.variance[2], 1.0),
+            acceleration,
+            noise_std: levels.noise_variance.sqrt(),
+            force_intensity: levels.intensity / self.intensity_scale(),
+            offset: self.offset,
+            whiteness: Whiteness::of(&solution.innovation, self.sample_interval),
+            innovation: solution.innovation.clone(),
+            log_likelihood: -0.5
+                * (terms.count * (2.0 * std::f64::consts::PI).ln()
+                    + terms.sum_log
+                    + terms.sum_square),
+        }
+    }
+}
+
+fn acceleration(
+    structure: &Structure,
+    q: &[Vec<f64>],
+    q_dot: &[Vec<f64>],
+    force: &[f64],
+) -> Vec<f64> {
+    let driven = structure.inverse_tip_mass();
+    let mut out: Vec<f64> = force.iter().map(|f| driven * f).collect();
+    for (mode, (q, v)) in structure.modes().iter().zip(q.iter().zip(q_dot)) {
+        let w = mode.angular_frequency();
+        for (a, (q, v)) in out.iter_mut().zip(q.iter().zip(v)) {
+            *a -= mode.tip_value * (2.0 * mode.damping_ratio * w * v + w * w * q);
+        }
+    }
+    out
+}
+
+fn check_settings(settings: &Settings) -> Result<(), ObserverError> {
+    let bad = |name, value, unit, rule| {
+        Err(ObserverError::BadSetting {
+            name,
+            value,
+            unit,
+            rule,
+        })
+    };
+    let positive = |v: f64| v > 0.0 && v.is_finite();
+    if let Some(value) = settings.noise_std.filter(|v| !positive(*v)) {
+        return bad("noise_std", value, "m", "must be above 0");
+    }
+    if let Some(value) = settings.force_intensity.filter(|v| !positive(*v)) {
+        return bad("force_intensity", value, "N^2/s", "must be above 0");
+    }
+    if !settings.offset.is_finite() {
+        return bad("offset", settings.offset, "m", "must be finite");
+    }
+    if settings.search_samples < 100 {
+        return bad(
+            "search_samples",
+            settings.search_samples as f64,
+            "samples",
+            "at least 100",
+        );
+    }
+    Ok(())
+}
+
+/// Mean and variance of the finite samples.
+fn check_displacement(
+    displacement: &[f64],
+    sample_interval: f64,
+    model: &DiscreteModel,
+) -> Result<(f64, f64), ObserverError> {
+    if let Some(index) = displacement.iter().position(|y| y.is_infinite()) {
+        return Err(ObserverError::InfiniteSample {
+            index,
+            time_s: index as f64 * sample_interval,
+        });
+    }
+    let finite = || displacement.iter().filter(|y| !y.is_nan());
+    let found = finite().count();
+    let needed = 4 * model.output.len();
+    if found < needed {
+        return Err(ObserverError::TooFewSamples { found, needed });
+    }
+    let mean = finite().sum::<f64>() / found as f64;
+    let variance = finite().map(|y| (y - mean).powi(2)).sum::<f64>() / found as f64;
+    let value_m = finite().copied().next().unwrap_or(f64::NAN);
+    if finite().all(|y| *y == value_m) {
+        return Err(ObserverError::ConstantSignal {
+            value_m,
+            count: found,
+        });
+    }
+    Ok((mean, variance))
+}
