@@ -224,7 +224,15 @@ pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
         &hypothesis,
     )?;
     let start = Point::centre(&hypothesis, shots);
-    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(LOOK + CLIMB)).run(start);
+    let look = Effort {
+        share: LOOK_SHARE,
+        revive: false,
+        ..effort(LOOK)
+    };
+    let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
+    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB));
+    let settled = fitter.settle(seen.point);
+    let fit = fitter.run(settled.point);
     let simulations = predictor.count;
     Ok(Trial {
         hypothesis,

@@ -191,9 +191,9 @@ impl Fitter<'_, '_> {
 }
 
 /// Response of a difference quotient's step in units of the noise, ...
-const RESPONSE: f64 = 0.3;
+const RESPONSE: f64 = 0.02;
 /// ... at least this in m, above the integrator's errors; ...
-const LEAST_RESPONSE: f64 = 3e-9;
+const LEAST_RESPONSE: f64 = 1e-9;
 /// ... a response this many times stronger may lie beyond a transition, ...
 const TOO_STRONG: f64 = 20.0;
 /// ... and is tried again so often at most.
