@@ -167,11 +167,15 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
     };
     let trial = &rungs.trials[last];
     let summary = words(session, verdict, &effects, &ladder);
+    let mut residual = super::residual::describe(session, &rungs.fit[0], &rungs.holdout[0]);
+    if verdict == Verdict::UnknownEffect {
+        residual["proposed_terms"] = super::propose::propose(session).into();
+    }
     Diagnosis {
         verdict,
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
-        residual: super::residual::describe(session, &rungs.fit[0], &rungs.holdout[0]),
+        residual,
         next_measurement: None,
         summary,
         remarks: remarks(session, trial, selection),

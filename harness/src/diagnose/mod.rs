@@ -3,12 +3,14 @@
 pub mod candidate;
 pub mod conclude;
 pub mod contender;
+pub mod dependence;
 pub mod fit;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;
 pub mod outcome;
 pub mod predictor;
+pub mod propose;
 pub mod replay;
 pub mod residual;
 pub mod scan;
