@@ -23,8 +23,10 @@ pub const NULL_GAIN: f64 = 40.0;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 
-/// Jacobians for the last fit of each rung.
+/// Jacobians for the last fit of a rung.
 const REFIT: usize = 40;
+/// The same for a rung that does not explain the data: its parameters mean little.
+const REFIT_OF_WRONG: usize = 8;
 /// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
 /// valley.
 const REFIT_TOLERANCE: f64 = 1e-6;
@@ -87,9 +89,14 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let effort = Effort {
-        tolerance: REFIT_TOLERANCE,
-        ..search::effort(REFIT)
+    let effort = if contender.reaches_floor() {
+        Effort {
+            tolerance: REFIT_TOLERANCE,
+            patience: 2,
+            ..search::effort(REFIT)
+        }
+    } else {
+        search::effort(REFIT_OF_WRONG)
     };
     let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
     let found = fitter.settle(start);

@@ -6,9 +6,9 @@
 //! `1 - sum (e - e_x)^2 / sum e^2` on the phases not learned from: at most 1, below 0 if x says nothing.
 //! The share of a surface over several quantities at once is the ceiling for any law that knows them.
 
+use super::scan::Argument;
 use super::session::Session;
 use super::unexplained::{SlipSample, lines, slip_samples};
-use super::scan::Argument;
 use serde_json::{Value, json};
 
 /// Bins for one quantity.
@@ -42,12 +42,16 @@ struct Seen {
 type Quantity = (&'static str, fn(&Seen) -> f64);
 
 const QUANTITIES: [Quantity; 7] = [
-    ("relative velocity (m/s)", |s| s.sample.relative_velocity.abs()),
+    ("relative velocity (m/s)", |s| {
+        s.sample.relative_velocity.abs()
+    }),
     ("tip displacement (m)", |s| s.displacement),
     ("tip velocity (m/s)", |s| s.velocity),
     ("time since the run began (s)", |s| s.sample.time),
     ("dwell of the stick before (s)", |s| s.dwell),
-    ("sense of the sliding speed's change (1)", |s| f64::from(u8::from(s.grows))),
+    ("sense of the sliding speed's change (1)", |s| {
+        f64::from(u8::from(s.grows))
+    }),
     ("operating point (run)", |s| s.run as f64),
 ];
 
@@ -123,9 +127,9 @@ fn share(seen: &[Seen], by: &[fn(&Seen) -> f64], bins: usize) -> f64 {
         })
         .collect();
     let cell = |s: &Seen| {
-        by.iter()
-            .zip(&edges)
-            .fold(0, |at, (read, edges)| at * bins + edges.partition_point(|e| *e <= read(s)))
+        by.iter().zip(&edges).fold(0, |at, (read, edges)| {
+            at * bins + edges.partition_point(|e| *e <= read(s))
+        })
     };
     let cells = bins.pow(by.len() as u32);
     let (mut before, mut after) = (0.0, 0.0);
@@ -146,5 +150,9 @@ fn share(seen: &[Seen], by: &[fn(&Seen) -> f64], bins: usize) -> f64 {
             after += (s.rest - expected).powi(2);
         }
     }
-    if before > 0.0 { 1.0 - after / before } else { 0.0 }
+    if before > 0.0 {
+        1.0 - after / before
+    } else {
+        0.0
+    }
 }

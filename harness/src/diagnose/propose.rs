@@ -40,20 +40,90 @@ struct Term {
 }
 
 const LIBRARY: [Term; 14] = [
-    Term { target: "tip_force", formula: "c*w^2", unit: "N/m2", value: |r| r.w * r.w },
-    Term { target: "tip_force", formula: "c*w^3", unit: "N/m3", value: |r| r.w.powi(3) },
-    Term { target: "tip_force", formula: "c*abs(w)*w", unit: "N/m2", value: |r| r.w.abs() * r.w },
-    Term { target: "tip_force", formula: "c*max(w, 0)", unit: "N/m", value: |r| r.w.max(0.0) },
-    Term { target: "tip_force", formula: "c*w_dot^2", unit: "N.s2/m2", value: |r| r.w_dot * r.w_dot },
-    Term { target: "tip_force", formula: "c*abs(w_dot)*w_dot", unit: "N.s2/m2", value: |r| r.w_dot.abs() * r.w_dot },
-    Term { target: "tip_force", formula: "c*w_dot^3", unit: "N.s3/m3", value: |r| r.w_dot.powi(3) },
-    Term { target: "tip_force", formula: "c*max(w_dot, 0)", unit: "N.s/m", value: |r| r.w_dot.max(0.0) },
-    Term { target: "tip_force", formula: "c*w*w_dot", unit: "N.s/m2", value: |r| r.w * r.w_dot },
-    Term { target: "friction_factor", formula: "1 + c*w", unit: "1/m", value: |r| r.expected * r.w },
-    Term { target: "friction_factor", formula: "1 + c*w_dot", unit: "s/m", value: |r| r.expected * r.w_dot },
-    Term { target: "friction_factor", formula: "1 + c*t", unit: "1/s", value: |r| r.expected * r.t },
-    Term { target: "friction_factor", formula: "1 + c*max(v_r, 0)", unit: "s/m", value: |r| r.expected * r.v_r.max(0.0) },
-    Term { target: "friction_factor", formula: "1 + c*abs(w)", unit: "1/m", value: |r| r.expected * r.w.abs() },
+    Term {
+        target: "tip_force",
+        formula: "c*w^2",
+        unit: "N/m2",
+        value: |r| r.w * r.w,
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*w^3",
+        unit: "N/m3",
+        value: |r| r.w.powi(3),
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*abs(w)*w",
+        unit: "N/m2",
+        value: |r| r.w.abs() * r.w,
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*max(w, 0)",
+        unit: "N/m",
+        value: |r| r.w.max(0.0),
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*w_dot^2",
+        unit: "N.s2/m2",
+        value: |r| r.w_dot * r.w_dot,
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*abs(w_dot)*w_dot",
+        unit: "N.s2/m2",
+        value: |r| r.w_dot.abs() * r.w_dot,
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*w_dot^3",
+        unit: "N.s3/m3",
+        value: |r| r.w_dot.powi(3),
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*max(w_dot, 0)",
+        unit: "N.s/m",
+        value: |r| r.w_dot.max(0.0),
+    },
+    Term {
+        target: "tip_force",
+        formula: "c*w*w_dot",
+        unit: "N.s/m2",
+        value: |r| r.w * r.w_dot,
+    },
+    Term {
+        target: "friction_factor",
+        formula: "1 + c*w",
+        unit: "1/m",
+        value: |r| r.expected * r.w,
+    },
+    Term {
+        target: "friction_factor",
+        formula: "1 + c*w_dot",
+        unit: "s/m",
+        value: |r| r.expected * r.w_dot,
+    },
+    Term {
+        target: "friction_factor",
+        formula: "1 + c*t",
+        unit: "1/s",
+        value: |r| r.expected * r.t,
+    },
+    Term {
+        target: "friction_factor",
+        formula: "1 + c*max(v_r, 0)",
+        unit: "s/m",
+        value: |r| r.expected * r.v_r.max(0.0),
+    },
+    Term {
+        target: "friction_factor",
+        formula: "1 + c*abs(w)",
+        unit: "1/m",
+        value: |r| r.expected * r.w.abs(),
+    },
 ];
 
 /// Terms in user-effect form with their coefficients; empty if none explains enough.
@@ -174,7 +244,9 @@ fn solve(
     let matrix = DMatrix::from_fn(table.len(), width, |i, j| table[i][j]);
     let scale = DVector::from_iterator(
         width,
-        matrix.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE).recip()),
+        matrix
+            .column_iter()
+            .map(|c| c.norm().max(f64::MIN_POSITIVE).recip()),
     );
     let scaled = &matrix * DMatrix::from_diagonal(&scale);
     let force = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.force));

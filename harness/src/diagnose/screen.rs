@@ -1,7 +1,7 @@
 //! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
 
 use super::contender::{Contender, name};
-use super::fit::{Data, Fitter};
+use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Choice;
 use super::predictor::{Point, Predictor};
 use super::search::{self, Depth, Trial, baseline, search};
@@ -180,7 +180,11 @@ impl<'a> Screen<'a> {
         let mut predictor =
             Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
         let data = self.data();
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(iterations));
+        let effort = Effort {
+            patience: 2,
+            ..search::effort(iterations)
+        };
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
         let settled = fitter.settle(start);
         let fit = fitter.run(settled.point);
         let simulations = predictor.count;

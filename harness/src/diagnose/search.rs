@@ -52,6 +52,7 @@ pub fn effort(iterations: usize) -> Effort {
         stride: STRIDE,
         share: 1.0,
         tolerance: 1e-3,
+        patience: 1,
         knobs: true,
         shared: true,
         revive: true,
@@ -94,6 +95,8 @@ pub struct Depth {
     pub followed: usize,
     /// Jacobians for these.
     pub climb: usize,
+    /// Whether periodic effects also start from the nominal nuisances, not only from the calibrated ones.
+    pub fresh: bool,
 }
 
 /// Every start is looked at, the best two are followed to the end.
@@ -101,12 +104,14 @@ pub const THOROUGH: Depth = Depth {
     look: LOOK,
     followed: FOLLOWED,
     climb: CLIMB,
+    fresh: true,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
 pub const BRIEF: Depth = Depth {
     look: 2,
     followed: 1,
     climb: 5,
+    fresh: false,
 };
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
@@ -158,7 +163,15 @@ pub fn search(
         &session.campaign.runs,
         &hypothesis,
     )?;
-    let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
+    let starts = starts(
+        session,
+        &hypothesis,
+        new,
+        base,
+        &data,
+        &mut predictor,
+        depth,
+    );
     let look = Effort {
         share: LOOK_SHARE,
         revive: false,
@@ -280,6 +293,7 @@ fn starts<'a>(
     base: &Trial,
     data: &Data,
     predictor: &mut Predictor<'a>,
+    depth: Depth,
 ) -> Vec<Point> {
     let effect = &session.catalogue[new];
     let centre = Point::centre(h, data.shots);
@@ -306,7 +320,12 @@ fn starts<'a>(
         p
     };
     if effect.find_role(Role::Phase).is_some() {
-        return periodic_starts(session, h, effect, data, predictor, &from_base, &fresh);
+        let origins = if depth.fresh {
+            vec![&fresh, &from_base]
+        } else {
+            vec![&from_base]
+        };
+        return periodic_starts(session, h, effect, data, predictor, &from_base, &origins);
     }
     let amplitude = effect.find_role(Role::Amplitude);
     if let Some(f) = effect.resonance() {
@@ -439,7 +458,7 @@ fn periodic_starts(
     data: &Data,
     predictor: &mut Predictor,
     from_base: &Point,
-    fresh: &Point,
+    origins: &[&Point],
 ) -> Vec<Point> {
     let mut out = Vec::new();
     let name = |role: Role| {
@@ -467,7 +486,7 @@ fn periodic_starts(
         predictor, h, effect, data, from_base, STRIDE, LINES,
     ));
     for line in lines {
-        for origin in [fresh, from_base] {
+        for &origin in origins {
             let mut point = origin.clone();
             point.shared[a] = h.shared[a].clamp(line.amplitude);
             point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));

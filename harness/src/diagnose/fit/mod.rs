@@ -24,8 +24,6 @@ use nalgebra::{DMatrix, DVector};
 const QUASI_STEPS: usize = 2;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
-/// Iterations in a row that gain next to nothing after which a fit ends.
-const STRIKES: usize = 2;
 /// Damping of the first step, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Iterations before which shots in a wrong basin get other starts.
@@ -44,6 +42,8 @@ pub struct Effort {
     pub share: f64,
     /// A fit ends once Q falls by less than this share in an iteration.
     pub tolerance: f64,
+    /// Iterations in a row that gain less than that after which a fit ends.
+    pub patience: usize,
     /// Whether shared and own knobs move, or only the start states.
     pub knobs: bool,
     /// Whether the shared knobs move.
@@ -326,7 +326,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             }
             if before - here.merit < self.effort.tolerance * before.abs() {
                 strikes += 1;
-                if strikes == STRIKES {
+                if strikes == self.effort.patience {
                     break;
                 }
                 // Differences to the other side, in case those taken met a transition.
