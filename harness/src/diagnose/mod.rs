@@ -8,6 +8,7 @@ pub mod fit;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;
+pub mod next_measurement;
 pub mod outcome;
 pub mod predictor;
 pub mod propose;

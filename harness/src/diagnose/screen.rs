@@ -174,6 +174,29 @@ impl<'a> Screen<'a> {
         Ok(best)
     }
 
+    /// Fits those candidates again that ended above the model that they extend, which is one of their own
+    /// points: from there.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn nest(&self, contenders: &mut [Contender], base: &Contender) -> Result<(), Error> {
+        let above: Vec<usize> = (0..contenders.len())
+            .filter(|&i| contenders[i].fit.trimmed > base.fit.trimmed)
+            .collect();
+        let again = parallel(&above, |&i| {
+            let choices = &contenders[i].choices;
+            let trial = search::from_nested(self.session, choices, &self.shots, &base.trial)?;
+            Ok(self.contender(choices.clone(), trial))
+        })?;
+        for (i, new) in above.into_iter().zip(again) {
+            if new.fit.trimmed < contenders[i].fit.trimmed {
+                contenders[i] = new;
+            }
+        }
+        self.sort(contenders);
+        Ok(())
+    }
+
     fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
         let session = self.session;
         let h = session.hypothesis(choices)?;

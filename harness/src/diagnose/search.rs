@@ -65,25 +65,59 @@ fn keep_better(best: &mut Option<Fit>, fit: Fit) {
     }
 }
 
-/// The fit of the smaller hypothesis as a point of the larger one, with the new effect as nearly off as its
-/// parameters allow.
-fn switched_off(
-    session: &Session,
-    h: &Hypothesis,
-    new: usize,
-    base: &Trial,
-    shots: &[Shot],
-) -> Point {
-    let effect = &session.catalogue[new];
+/// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
+/// as their parameters allow.
+fn switched_off(session: &Session, h: &Hypothesis, base: &Trial, shots: &[Shot]) -> Point {
     let mut point = widen(base, h, &Point::centre(h, shots));
-    for p in &effect.parameters {
-        if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
-            if p.role == Role::Amplitude {
+    for choice in h
+        .choices
+        .iter()
+        .filter(|c| !base.hypothesis.choices.contains(c))
+    {
+        let effect = &session.catalogue[choice.effect];
+        for p in effect
+            .parameters
+            .iter()
+            .filter(|p| p.role == Role::Amplitude)
+        {
+            if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
                 point.shared[i] = h.shared[i].clamp(0.0);
             }
         }
     }
     point
+}
+
+/// Fits a hypothesis from the fit of a smaller one with the effects that this lacks switched off.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn from_nested(
+    session: &Session,
+    choices: &[Choice],
+    shots: &[Shot],
+    base: &Trial,
+) -> Result<Trial, Error> {
+    let hypothesis = session.hypothesis(choices)?;
+    let data = Data {
+        shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
+    let mut predictor = Predictor::new(
+        session.fmu,
+        &session.references,
+        &session.campaign.runs,
+        &hypothesis,
+    )?;
+    let off = switched_off(session, &hypothesis, base, shots);
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(BRIEF.look)).run(off);
+    let simulations = predictor.count;
+    Ok(Trial {
+        hypothesis,
+        fit,
+        simulations,
+    })
 }
 
 /// How thorough a search is.
@@ -206,7 +240,7 @@ pub fn search(
     }
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
-        let off = switched_off(session, &hypothesis, new, base, shots);
+        let off = switched_off(session, &hypothesis, base, shots);
         let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.look)).run(off);
         keep_better(&mut best, fit);
     }

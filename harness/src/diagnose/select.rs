@@ -105,6 +105,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
             }
         }
     }
+    screen.nest(&mut singles, &calibrated)?;
     let stopped = watch.stop();
     if !stopped {
         watch.step("judging the candidates on the runs kept out", 0, 1);
