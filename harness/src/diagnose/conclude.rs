@@ -1,6 +1,6 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
-use super::contender::Contender;
+use super::contender::{Contender, NULL_GAIN};
 use super::fit::{Data, Effort, Fit, Fitter};
 use super::hypothesis::Hypothesis;
 use super::judge::{self, Care, Judgement};
@@ -16,10 +16,6 @@ use super::shot::Shot;
 use crate::error::Error;
 use std::collections::BTreeMap;
 
-/// Gain in the objective below which an effect counts as chance where the calibrated model is down to the
-/// noise. Chosen, not yet calibrated: the best of all candidates gained 11 and 5 on two campaigns in which
-/// nothing is missing (docs/adr/0006-diagnosis.md).
-pub const NULL_GAIN: f64 = 40.0;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 

@@ -142,15 +142,15 @@ impl<'a> Screen<'a> {
         Ok(())
     }
 
-    /// Fits the reference model again from the best candidates' optima with their effects switched off, so
-    /// that it is not left behind in a worse minimum than they.
+    /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it
+    /// is not left behind in a worse minimum than they.
     ///
     /// # Errors
     /// An FMU that can't be run.
-    pub fn recalibrate(&self, base: Contender, singles: &[Contender]) -> Result<Contender, Error> {
-        let leaders: Vec<&Contender> = singles.iter().take(RETRIES).collect();
+    pub fn recalibrate(&self, base: Contender, extended: &[Contender]) -> Result<Contender, Error> {
+        let leaders: Vec<&Contender> = extended.iter().take(RETRIES).collect();
         let retried = parallel(&leaders, |single| {
-            let h = self.session.hypothesis(&[])?;
+            let h = self.session.hypothesis(&base.choices)?;
             let mut start = Point::centre(&h, &self.shots);
             let from = &single.trial.fit.point;
             start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
@@ -163,7 +163,8 @@ impl<'a> Screen<'a> {
                 state.copy_from_slice(&theirs[..count]);
             }
             start.stuck.clone_from(&from.stuck);
-            Ok(self.contender(Vec::new(), self.refit(&[], start, RETRY)?))
+            let trial = self.refit(&base.choices, start, RETRY)?;
+            Ok(self.contender(base.choices.clone(), trial))
         })?;
         let mut best = base;
         for retry in retried {

@@ -1,6 +1,6 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
-use super::contender::Contender;
+use super::contender::{Contender, NULL_GAIN};
 use super::fit::{Data, Fitter};
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
@@ -84,25 +84,39 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.polish(&mut singles, watch)?;
     }
     let mut pairs: Vec<Contender> = Vec::new();
-    if !at_floor(&singles, &calibrated) {
-        for leader in singles.iter().take(PAIR_LEADERS) {
-            let first = &leader.choices[0];
-            let jobs: Vec<Vec<Choice>> = list
-                .iter()
-                .filter(|c| c.effect != first.effect)
-                .map(|c| vec![first.clone(), c.clone()])
-                .filter(|j| {
-                    !pairs
-                        .iter()
-                        .any(|p| p.choices[0] == j[1] && p.choices[1] == j[0])
-                })
-                .collect();
-            pairs.extend(screen.compete(&jobs, leader, BRIEF, watch)?);
-            screen.sort(&mut pairs);
-            screen.polish(&mut pairs, watch)?;
-            if watch.stop() || pairs.first().is_some_and(Contender::reaches_floor) {
-                break;
-            }
+    let claimed = singles
+        .first()
+        .is_some_and(|s| s.score(screen.samples) < calibrated.score(screen.samples) - NULL_GAIN);
+    let leaders = match (at_floor(&singles, &calibrated), claimed) {
+        // Down to the noise already: a second effect may still hide behind the first.
+        (true, true) => 1,
+        (true, false) => 0,
+        (false, _) => PAIR_LEADERS,
+    };
+    for place in 0..leaders.min(singles.len()) {
+        let leader = &singles[place];
+        let first = &leader.choices[0];
+        let jobs: Vec<Vec<Choice>> = list
+            .iter()
+            .filter(|c| c.effect != first.effect)
+            .map(|c| vec![first.clone(), c.clone()])
+            .filter(|j| {
+                !pairs
+                    .iter()
+                    .any(|p| p.choices[0] == j[1] && p.choices[1] == j[0])
+            })
+            .collect();
+        let with_leader = screen.compete(&jobs, leader, BRIEF, watch)?;
+        if leader.reaches_floor() {
+            let leader = singles.remove(place);
+            let leader = screen.recalibrate(leader, &with_leader)?;
+            singles.insert(place, leader);
+        }
+        pairs.extend(with_leader);
+        screen.sort(&mut pairs);
+        screen.polish(&mut pairs, watch)?;
+        if watch.stop() || pairs.first().is_some_and(Contender::reaches_floor) {
+            break;
         }
     }
     screen.nest(&mut singles, &calibrated)?;
@@ -114,7 +128,16 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let samples = screen.samples;
     let mut path = Vec::new();
     let mut explained = calibrated.reaches_floor();
-    if let Some(best) = pairs.first().filter(|p| p.reaches_floor()) {
+    // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
+    let alone = singles.first().map_or(f64::INFINITY, |s| {
+        if s.reaches_floor() {
+            s.score(samples)
+        } else {
+            f64::INFINITY
+        }
+    });
+    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < alone - NULL_GAIN;
+    if let Some(best) = pairs.first().filter(believed) {
         let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);
         if let Some(first) = first {
             path.push(singles.remove(first));

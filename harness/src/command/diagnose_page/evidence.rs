@@ -1,8 +1,7 @@
 //! Which effect: the candidates' ranking, what can't be told apart, and the cards of the effects found.
 
 use super::Material;
-use crate::diagnose::conclude::NULL_GAIN;
-use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, name};
+use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, NULL_GAIN, name};
 use crate::diagnose::outcome::Verdict;
 use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
 
