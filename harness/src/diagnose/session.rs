@@ -129,7 +129,7 @@ impl<'a> Session<'a> {
         (0..self.shots.len())
             .filter(|&k| !self.held_out[self.shots[k].run])
             .enumerate()
-            .filter(|(i, _)| (i / GROUP) % every == 0)
+            .filter(|(i, _)| (i / GROUP).is_multiple_of(every))
             .map(|(_, k)| k)
             .collect()
     }
