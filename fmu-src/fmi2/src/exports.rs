@@ -568,10 +568,10 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     let function = Function::DeSerializeFmuState;
     // SAFETY: contract of this module.
     unsafe {
-        with_instance(component, function, |_| {
+        with_instance(component, function, |instance| {
             writable(state, 1, function, "FMUstate")?;
             let bytes = slice(serialized.cast::<u8>(), size, function, "serializedState")?;
-            let content = fmu_state::deserialize(bytes)?;
+            let content = fmu_state::deserialize(instance.content.layout, bytes)?;
             match (*state).cast::<Content>().as_mut() {
                 Some(old) => *old = content,
                 None => *state = Box::into_raw(Box::new(content)).cast(),
