@@ -478,6 +478,11 @@ pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: StateHandl
                 function,
                 argument: "FMUstate",
             })?;
+            if !ptr::eq(state.layout, instance.content.layout) {
+                return Err(Fault::BrokenState {
+                    problem: "it belongs to an FMU with other effects of users".into(),
+                });
+            }
             instance.content.clone_from(state);
             Ok(())
         })
