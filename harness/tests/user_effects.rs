@@ -161,10 +161,7 @@ fn a_formula_without_value_is_an_error_with_a_message() {
     let mut instance = started(&fmu, &[("late.k", 0.1)]);
     let outcome = (0..40).try_for_each(|i| instance.do_step(f64::from(i) * STEP, STEP));
     let message = outcome.unwrap_err().to_string();
-    assert!(
-        message.contains("returned fmi2Error") || message.contains("Error"),
-        "{message}"
-    );
+    assert!(message.contains("returned fmi2Error"), "{message}");
     assert!(
         message.contains("user effect 'late': the formula gives inf"),
         "{message}"
@@ -352,9 +349,9 @@ fn campaign(fmu: &Fmu, settings: &[(&str, f64)], folder: &Path) {
 #[test]
 fn trying_an_effect_of_ones_own_brings_the_error_down_to_the_noise() {
     let folder = folder();
-    let fmu = packed(folder.path(), &[file_of("mine", CASES[0])]);
+    let fmu = packed(folder.path(), &[file_of("mine", CASES[2])]);
     let runs = folder.path().join("campaign");
-    campaign(&fmu, &[("mine.k", 0.12)], &runs);
+    campaign(&fmu, &[("mine.k", 1.2e11)], &runs);
     // Without a library beside it the program can't pack, and need not.
     let program = folder.path().join("stickslip");
     std::fs::copy(env!("CARGO_BIN_EXE_stickslip"), &program).unwrap();
@@ -370,7 +367,7 @@ fn trying_an_effect_of_ones_own_brings_the_error_down_to_the_noise() {
     let strength = &json["effects"][0]["parameters"]["k"];
     assert_eq!(json["effects"][0]["id"], "mine");
     assert!(
-        (strength["value"].as_f64().unwrap() - 0.12).abs() < 0.012,
+        (strength["value"].as_f64().unwrap() - 1.2e11).abs() < 1.2e10,
         "{strength}"
     );
     let rungs = json["error_ladder"].as_array().unwrap();
