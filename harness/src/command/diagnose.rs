@@ -73,7 +73,7 @@ pub fn report(
     let (fmu, campaign) = (session.fmu, session.campaign);
     watch.step("judging on the runs kept out", 0, 1);
     let rungs = climb(session, selection)?;
-    let diagnosis = conclude(session, selection, &rungs);
+    let diagnosis = conclude(session, selection, &rungs)?;
     write_file(
         &output.join("diagnosis.json"),
         to_json(&diagnosis).as_bytes(),
@@ -125,6 +125,16 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
             out,
             "{:<48} {:>10.1} {:>10.2}",
             candidate.id, candidate.score, candidate.fit_over_noise
+        );
+    }
+    if let Some(next) = &diagnosis.next_measurement {
+        let _ = writeln!(
+            out,
+            "\nTo tell {} apart, measure at {} m/s and {} N (expected difference {:.0} times the noise).",
+            next.separates.join(", "),
+            next.belt_velocity_m_per_s,
+            next.normal_force_n,
+            next.separation
         );
     }
     for remark in &diagnosis.remarks {

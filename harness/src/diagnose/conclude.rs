@@ -23,8 +23,10 @@ pub const NULL_GAIN: f64 = 40.0;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 
-/// Jacobians for the last fit of each rung.
+/// Jacobians for the last fit of a rung.
 const REFIT: usize = 40;
+/// The same for a rung that does not explain the data: its parameters mean little.
+const REFIT_OF_WRONG: usize = 8;
 /// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
 /// valley.
 const REFIT_TOLERANCE: f64 = 1e-6;
@@ -87,9 +89,14 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let effort = Effort {
-        tolerance: REFIT_TOLERANCE,
-        ..search::effort(REFIT)
+    let effort = if contender.reaches_floor() {
+        Effort {
+            tolerance: REFIT_TOLERANCE,
+            patience: 2,
+            ..search::effort(REFIT)
+        }
+    } else {
+        search::effort(REFIT_OF_WRONG)
     };
     let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
     let found = fitter.settle(start);
@@ -103,7 +110,14 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
 }
 
 /// The diagnosis.
-pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diagnosis {
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn conclude(
+    session: &Session,
+    selection: &Selection,
+    rungs: &Rungs,
+) -> Result<Diagnosis, Error> {
     let samples = selection.samples;
     let base_score = selection.calibrated.score(samples);
     let gain = selection
@@ -167,12 +181,20 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
     };
     let trial = &rungs.trials[last];
     let summary = words(session, verdict, &effects, &ladder);
-    Diagnosis {
+    let next_measurement = match verdict {
+        Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
+        _ => None,
+    };
+    let mut residual = super::residual::describe(session, &rungs.fit[0], &rungs.holdout[0]);
+    if verdict == Verdict::UnknownEffect {
+        residual["proposed_terms"] = super::propose::propose(session).into();
+    }
+    Ok(Diagnosis {
         verdict,
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
-        residual: super::residual::describe(session, &rungs.fit[0], &rungs.holdout[0]),
-        next_measurement: None,
+        residual,
+        next_measurement,
         summary,
         remarks: remarks(session, trial, selection),
         calibrated: trial
@@ -186,7 +208,7 @@ pub fn conclude(session: &Session, selection: &Selection, rungs: &Rungs) -> Diag
         runs: run_values(session, trial, &rungs.holdout[last]),
         effects,
         error_ladder: ladder,
-    }
+    })
 }
 
 fn is_effect(session: &Session, knob: &str) -> bool {
@@ -291,30 +313,17 @@ fn found(
             own_parameters.insert(name.to_owned(), values);
         }
     }
-    let best = contender.score(selection.samples);
-    let confounded_with = if contender.choices.len() == 1 {
-        let mut list: Vec<String> = selection
-            .singles
-            .iter()
-            .filter(|s| {
-                s.score(selection.samples) < best + TIE && s.choices[0].effect != choice.effect
-            })
-            .map(|s| session.catalogue[s.choices[0].effect].id.clone())
-            .collect();
-        list.dedup();
-        list
-    } else {
-        selection
-            .pairs
-            .iter()
-            .filter(|p| {
-                p.score(selection.samples)
-                    < selection.path[selection.path.len() - 1].score(selection.samples) + TIE
-            })
-            .filter_map(|p| p.choices.iter().find(|c| !contender.choices.contains(c)))
-            .map(|c| session.catalogue[c.effect].id.clone())
-            .collect()
-    };
+    let mut confounded_with: Vec<String> = rivals(selection)
+        .into_iter()
+        .skip(1)
+        .flat_map(|r| &r.choices)
+        .filter(|c| {
+            let named = &selection.path[selection.path.len() - 1].choices;
+            !named.iter().any(|n| n.effect == c.effect)
+        })
+        .map(|c| session.catalogue[c.effect].id.clone())
+        .collect();
+    confounded_with.dedup();
     FoundEffect {
         id: card.id.clone(),
         parameters,
@@ -328,6 +337,31 @@ fn found(
         },
         confounded_with,
     }
+}
+
+/// The hypothesis at the end of the path and all others of its size that explain the data as well.
+fn rivals(selection: &Selection) -> Vec<&Contender> {
+    let Some(best) = selection.path.last() else {
+        return Vec::new();
+    };
+    let others = if best.choices.len() == 1 {
+        &selection.singles
+    } else {
+        &selection.pairs
+    };
+    let limit = best.score(selection.samples) + TIE;
+    let effects = |c: &Contender| -> Vec<usize> {
+        let mut list: Vec<usize> = c.choices.iter().map(|c| c.effect).collect();
+        list.sort_unstable();
+        list
+    };
+    std::iter::once(best)
+        .chain(
+            others
+                .iter()
+                .filter(|c| c.score(selection.samples) < limit && effects(c) != effects(best)),
+        )
+        .collect()
 }
 
 fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
@@ -347,6 +381,7 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
             id: super::contender::name(session, &c.choices),
             holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
             score: base - c.score(selection.samples),
+            misfit_fall: selection.calibrated.fit.trimmed - c.fit.trimmed,
             fit_over_noise: c.fit.quantile(0.5),
             parameters: c
                 .trial

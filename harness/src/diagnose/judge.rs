@@ -147,6 +147,7 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
         stride: STRIDE,
         share: 1.0,
         tolerance: 1e-3,
+        patience: 1,
         knobs: true,
         shared: false,
         revive: true,

@@ -3,12 +3,15 @@
 pub mod candidate;
 pub mod conclude;
 pub mod contender;
+pub mod dependence;
 pub mod fit;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;
+pub mod next_measurement;
 pub mod outcome;
 pub mod predictor;
+pub mod propose;
 pub mod replay;
 pub mod residual;
 pub mod scan;

@@ -84,6 +84,9 @@ pub struct Standing {
     pub holdout_nrmse: f64,
     /// Gain over the model without it, less half a logarithm of the data for each parameter.
     pub score: f64,
+    /// Fall of the misfit below the calibrated model's, without a price on parameters. Never negative for an
+    /// effect that an amplitude switches off.
+    pub misfit_fall: f64,
     /// Median error over the noise on the runs fitted.
     pub fit_over_noise: f64,
     /// Found parameter values.

@@ -1,5 +1,6 @@
 //! Where the calibrated model fails: by phase of the contact, operating point, frequency and place.
 
+use super::dependence;
 use super::judge::Judgement;
 use super::session::Session;
 use crate::observer::PhaseMode;
@@ -10,6 +11,7 @@ pub fn describe(session: &Session, fit: &Judgement, holdout: &Judgement) -> Valu
     json!({
         "by_phase": by_phase(session, fit),
         "by_operating_point": by_operating_point(session, fit, holdout),
+        "unexplained_force": dependence::describe(session),
     })
 }
 

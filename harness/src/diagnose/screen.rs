@@ -1,7 +1,7 @@
 //! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
 
 use super::contender::{Contender, name};
-use super::fit::{Data, Fitter};
+use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Choice;
 use super::predictor::{Point, Predictor};
 use super::search::{self, Depth, Trial, baseline, search};
@@ -174,13 +174,40 @@ impl<'a> Screen<'a> {
         Ok(best)
     }
 
+    /// Fits those candidates again that ended above the model that they extend, which is one of their own
+    /// points: from there.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn nest(&self, contenders: &mut [Contender], base: &Contender) -> Result<(), Error> {
+        let above: Vec<usize> = (0..contenders.len())
+            .filter(|&i| contenders[i].fit.trimmed > base.fit.trimmed)
+            .collect();
+        let again = parallel(&above, |&i| {
+            let choices = &contenders[i].choices;
+            let trial = search::from_nested(self.session, choices, &self.shots, &base.trial)?;
+            Ok(self.contender(choices.clone(), trial))
+        })?;
+        for (i, new) in above.into_iter().zip(again) {
+            if new.fit.trimmed < contenders[i].fit.trimmed {
+                contenders[i] = new;
+            }
+        }
+        self.sort(contenders);
+        Ok(())
+    }
+
     fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
         let session = self.session;
         let h = session.hypothesis(choices)?;
         let mut predictor =
             Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
         let data = self.data();
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, search::effort(iterations));
+        let effort = Effort {
+            patience: 2,
+            ..search::effort(iterations)
+        };
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
         let settled = fitter.settle(start);
         let fit = fitter.run(settled.point);
         let simulations = predictor.count;

@@ -52,6 +52,7 @@ pub fn effort(iterations: usize) -> Effort {
         stride: STRIDE,
         share: 1.0,
         tolerance: 1e-3,
+        patience: 1,
         knobs: true,
         shared: true,
         revive: true,
@@ -64,25 +65,59 @@ fn keep_better(best: &mut Option<Fit>, fit: Fit) {
     }
 }
 
-/// The fit of the smaller hypothesis as a point of the larger one, with the new effect as nearly off as its
-/// parameters allow.
-fn switched_off(
-    session: &Session,
-    h: &Hypothesis,
-    new: usize,
-    base: &Trial,
-    shots: &[Shot],
-) -> Point {
-    let effect = &session.catalogue[new];
+/// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
+/// as their parameters allow.
+fn switched_off(session: &Session, h: &Hypothesis, base: &Trial, shots: &[Shot]) -> Point {
     let mut point = widen(base, h, &Point::centre(h, shots));
-    for p in &effect.parameters {
-        if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
-            if p.role == Role::Amplitude {
+    for choice in h
+        .choices
+        .iter()
+        .filter(|c| !base.hypothesis.choices.contains(c))
+    {
+        let effect = &session.catalogue[choice.effect];
+        for p in effect
+            .parameters
+            .iter()
+            .filter(|p| p.role == Role::Amplitude)
+        {
+            if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
                 point.shared[i] = h.shared[i].clamp(0.0);
             }
         }
     }
     point
+}
+
+/// Fits a hypothesis from the fit of a smaller one with the effects that this lacks switched off.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn from_nested(
+    session: &Session,
+    choices: &[Choice],
+    shots: &[Shot],
+    base: &Trial,
+) -> Result<Trial, Error> {
+    let hypothesis = session.hypothesis(choices)?;
+    let data = Data {
+        shots,
+        noise: &session.noise,
+        weight: 1.0,
+    };
+    let mut predictor = Predictor::new(
+        session.fmu,
+        &session.references,
+        &session.campaign.runs,
+        &hypothesis,
+    )?;
+    let off = switched_off(session, &hypothesis, base, shots);
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(BRIEF.look)).run(off);
+    let simulations = predictor.count;
+    Ok(Trial {
+        hypothesis,
+        fit,
+        simulations,
+    })
 }
 
 /// How thorough a search is.
@@ -94,6 +129,8 @@ pub struct Depth {
     pub followed: usize,
     /// Jacobians for these.
     pub climb: usize,
+    /// Whether periodic effects also start from the nominal nuisances, not only from the calibrated ones.
+    pub fresh: bool,
 }
 
 /// Every start is looked at, the best two are followed to the end.
@@ -101,12 +138,14 @@ pub const THOROUGH: Depth = Depth {
     look: LOOK,
     followed: FOLLOWED,
     climb: CLIMB,
+    fresh: true,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
 pub const BRIEF: Depth = Depth {
     look: 2,
     followed: 1,
     climb: 5,
+    fresh: false,
 };
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
@@ -158,7 +197,15 @@ pub fn search(
         &session.campaign.runs,
         &hypothesis,
     )?;
-    let starts = starts(session, &hypothesis, new, base, &data, &mut predictor);
+    let starts = starts(
+        session,
+        &hypothesis,
+        new,
+        base,
+        &data,
+        &mut predictor,
+        depth,
+    );
     let look = Effort {
         share: LOOK_SHARE,
         revive: false,
@@ -193,7 +240,7 @@ pub fn search(
     }
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
-        let off = switched_off(session, &hypothesis, new, base, shots);
+        let off = switched_off(session, &hypothesis, base, shots);
         let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.look)).run(off);
         keep_better(&mut best, fit);
     }
@@ -280,6 +327,7 @@ fn starts<'a>(
     base: &Trial,
     data: &Data,
     predictor: &mut Predictor<'a>,
+    depth: Depth,
 ) -> Vec<Point> {
     let effect = &session.catalogue[new];
     let centre = Point::centre(h, data.shots);
@@ -306,7 +354,12 @@ fn starts<'a>(
         p
     };
     if effect.find_role(Role::Phase).is_some() {
-        return periodic_starts(session, h, effect, data, predictor, &from_base, &fresh);
+        let origins = if depth.fresh {
+            vec![&fresh, &from_base]
+        } else {
+            vec![&from_base]
+        };
+        return periodic_starts(session, h, effect, data, predictor, &from_base, &origins);
     }
     let amplitude = effect.find_role(Role::Amplitude);
     if let Some(f) = effect.resonance() {
@@ -439,7 +492,7 @@ fn periodic_starts(
     data: &Data,
     predictor: &mut Predictor,
     from_base: &Point,
-    fresh: &Point,
+    origins: &[&Point],
 ) -> Vec<Point> {
     let mut out = Vec::new();
     let name = |role: Role| {
@@ -467,7 +520,7 @@ fn periodic_starts(
         predictor, h, effect, data, from_base, STRIDE, LINES,
     ));
     for line in lines {
-        for origin in [fresh, from_base] {
+        for &origin in origins {
             let mut point = origin.clone();
             point.shared[a] = h.shared[a].clamp(line.amplitude);
             point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));

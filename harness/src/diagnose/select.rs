@@ -13,6 +13,8 @@ use crate::error::Error;
 
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 3;
+/// Candidates that are searched thoroughly when none comes down to the noise at first.
+const SEARCHED_AGAIN: usize = 8;
 /// Pairs that are listed, the best ones.
 pub const PAIRS_LISTED: usize = 5;
 
@@ -49,7 +51,7 @@ pub struct Selection {
 /// Compares the catalogue on a campaign.
 ///
 /// Every candidate is searched for briefly; only where none comes down to the noise, the search is
-/// repeated thoroughly for all, and then pairs are formed with the best.
+/// repeated thoroughly for the best, and then pairs are formed with the best.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -71,7 +73,12 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.polish(&mut singles, watch)?;
     }
     if !at_floor(&singles, &calibrated) && !watch.stop() {
-        let again = screen.compete(&jobs, &calibrated, THOROUGH, watch)?;
+        let leaders: Vec<Vec<Choice>> = singles
+            .iter()
+            .take(SEARCHED_AGAIN)
+            .map(|s| s.choices.clone())
+            .collect();
+        let again = screen.compete(&leaders, &calibrated, THOROUGH, watch)?;
         screen.keep_better(&mut singles, again);
         calibrated = screen.recalibrate(calibrated, &singles)?;
         screen.polish(&mut singles, watch)?;
@@ -98,6 +105,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
             }
         }
     }
+    screen.nest(&mut singles, &calibrated)?;
     let stopped = watch.stop();
     if !stopped {
         watch.step("judging the candidates on the runs kept out", 0, 1);

@@ -162,7 +162,7 @@ impl Fitter<'_, '_> {
     /// Where a quantity stands, and the step to take.
     fn step_of(&mut self, k: usize, values: &mut Values, turn: Turn) -> (f64, f64) {
         let at = *values.of(turn);
-        let size = *self.size_of(k, turn).0;
+        let size = self.side * *self.size_of(k, turn).0;
         let run = self.data.shots[k].run;
         let step = match turn {
             Turn::State(_) => size,

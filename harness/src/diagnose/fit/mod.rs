@@ -24,6 +24,8 @@ use nalgebra::{DMatrix, DVector};
 const QUASI_STEPS: usize = 2;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
+/// Damping of the first step, relative to the diagonal.
+const FIRST_DAMPING: f64 = 1e-3;
 /// Iterations before which shots in a wrong basin get other starts.
 const REVIVALS: [usize; 3] = [1, 3, 5];
 /// Share of the shots, those that fit worst, that fits are compared without.
@@ -40,6 +42,8 @@ pub struct Effort {
     pub share: f64,
     /// A fit ends once Q falls by less than this share in an iteration.
     pub tolerance: f64,
+    /// Iterations in a row that gain less than that after which a fit ends.
+    pub patience: usize,
     /// Whether shared and own knobs move, or only the start states.
     pub knobs: bool,
     /// Whether the shared knobs move.
@@ -127,6 +131,8 @@ pub struct Fitter<'a, 'b> {
     /// Steps of the difference quotients for each shot, adapted to the response that each has there.
     steps: Vec<Steps>,
     buffer: Vec<f64>,
+    /// Side to which differences are taken, 1 or -1.
+    side: f64,
 }
 
 impl<'a, 'b> Fitter<'a, 'b> {
@@ -157,6 +163,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             data,
             effort,
             buffer: Vec::new(),
+            side: 1.0,
         }
     }
 
@@ -293,8 +300,9 @@ impl<'a, 'b> Fitter<'a, 'b> {
     /// Minimises the objective from `start`.
     pub fn run(&mut self, start: Point) -> Fit {
         let mut here = self.evaluate(start);
-        let mut damping = 1e-3;
+        let mut damping = FIRST_DAMPING;
         let mut covariance = None;
+        let mut strikes = 0;
         for iteration in 0..self.effort.iterations {
             if self.effort.revive && REVIVALS.contains(&iteration) {
                 self.revive(&mut here);
@@ -317,7 +325,15 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 }
             }
             if before - here.merit < self.effort.tolerance * before.abs() {
-                break;
+                strikes += 1;
+                if strikes == self.effort.patience {
+                    break;
+                }
+                // Differences to the other side, in case those taken met a transition.
+                self.side = -self.side;
+                damping = FIRST_DAMPING;
+            } else {
+                strikes = 0;
             }
         }
         let mean_square = (0..here.sums.len())

@@ -6,7 +6,7 @@ use crate::diagnose::predictor::{Point, ShotStart};
 use nalgebra::DVector;
 
 /// Shares of a shot over which its start is fitted one after another, and iterations for each.
-const GROWING: [(f64, usize); 3] = [(0.25, 4), (0.5, 3), (1.0, 6)];
+const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (1.0, 6)];
 
 /// A shot whose mean square error is above this many times that of the better ones is in a wrong basin.
 const WRONG: f64 = 4.0;

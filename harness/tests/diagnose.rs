@@ -1,0 +1,138 @@
+//! val: the diagnosis on campaigns with known answers. Source: reference-data/computed/generator (Python, shares
+//! nothing with this code); the answers are in truth.json files that the diagnosis does not read.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn stickslip(arguments: &[&str], folder: &Path) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args(arguments)
+        .arg("-o")
+        .arg(folder)
+        .current_dir(root())
+        .output()
+        .unwrap()
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// Effects without an amplitude: within their bounds they are never quite off.
+const NEVER_OFF: [&str; 5] = [
+    "third_mode",
+    "presliding_compliance",
+    "belt_drive_compliance",
+    "frictional_lag",
+    "sensor_lag",
+];
+
+/// The invariants that hold for every diagnosis, whatever its verdict.
+fn check_invariants(diagnosis: &Value) {
+    for candidate in diagnosis["candidates"].as_array().unwrap() {
+        let id = candidate["id"].as_str().unwrap();
+        // Off, an effect with an amplitude is the calibrated model itself, so its best fit can't be worse.
+        let fall = number(&candidate["misfit_fall"]);
+        if !NEVER_OFF.contains(&id) {
+            assert!(
+                fall > -1e-6,
+                "{id} ends {fall} above the model that it extends"
+            );
+        }
+    }
+    let ladder = diagnosis["error_ladder"].as_array().unwrap();
+    assert_eq!(ladder[0]["step"], "as given");
+    assert_eq!(ladder[1]["step"], "calibrated");
+    let named = diagnosis["effects"].as_array().unwrap().len();
+    match diagnosis["verdict"].as_str().unwrap() {
+        "effect_found" => assert_eq!(ladder.len(), 2 + named),
+        _ => assert_eq!(named, 0),
+    }
+}
+
+#[test]
+fn val_small_blind_set_is_answered_rightly() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = stickslip(
+        &["blind-test", "reference-data/computed/blind"],
+        folder.path(),
+    );
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let cases = read(&folder.path().join("blind-test.json"));
+    let cases = cases.as_array().unwrap();
+    assert_eq!(cases.len(), 3);
+    for case in cases {
+        assert_eq!(case["right"], true, "{case:#}");
+        let name = case["campaign"].as_str().unwrap();
+        check_invariants(&read(&folder.path().join(name).join("diagnosis.json")));
+        assert!(number(&case["over_noise"]) < 1.5, "{case:#}");
+    }
+    let error = number(&cases[1]["parameter_errors"]["cubic_stiffness.coefficient"][0]);
+    assert!(
+        error.abs() < 0.1,
+        "cubic stiffness is {} % off",
+        100.0 * error
+    );
+}
+
+#[test]
+fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu_shows_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = stickslip(&["diagnose", "reference-data/demo"], folder.path());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let diagnosis = read(&folder.path().join("diagnosis.json"));
+    check_invariants(&diagnosis);
+    assert_eq!(diagnosis["verdict"], "effect_found");
+    assert_eq!(diagnosis["effects"][0]["id"], "belt_periodic_friction");
+    let truth = read(&root().join("reference-data/demo/truth.json"));
+    let answer = if truth.is_array() { &truth[0] } else { &truth };
+    let hidden = &answer["parameters"]["belt_periodic_friction"];
+    for parameter in ["amplitude", "wavelength"] {
+        let found = number(&diagnosis["effects"][0]["parameters"][parameter]["value"]);
+        let true_value = number(&hidden[parameter]);
+        assert!(
+            (found / true_value - 1.0).abs() < 0.1,
+            "{parameter}: {found} for {true_value}"
+        );
+    }
+    let ladder = diagnosis["error_ladder"].as_array().unwrap();
+    let error = |i: usize| number(&ladder[i]["holdout_nrmse"]);
+    assert!(error(2) < 0.2 * error(1), "{ladder:#?}");
+    for file in [
+        "report.html",
+        "model.toml",
+        "StickSlipBeam.ssv",
+        "StickSlipBeam.fmu",
+    ] {
+        assert!(folder.path().join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn an_effect_that_the_fmu_does_not_declare_is_refused_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = stickslip(
+        &["try", "reference-data/demo", "--add", "belt_periodic"],
+        folder.path(),
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("belt_periodic_friction"), "{message}");
+}
