@@ -1,5 +1,6 @@
 //! modelDescription.xml and the binary: they must be the same thing said twice.
 
+use beam_model_description::Layout;
 use std::collections::{HashMap, HashSet};
 use std::process::Command;
 use stickslip_tests::variables::XML;
@@ -191,7 +192,7 @@ fn other_start_values_give_the_same_text_but_for_starts_and_guid() {
         ("mode_count", 3.0),
         ("third_mode.frequency", 1400.0),
     ];
-    let (xml, guid) = beam_model_description::xml_with_starts(&starts).unwrap();
+    let (xml, guid) = Layout::plain().xml_with_starts(&starts).unwrap();
     assert!(!XML.contains(&guid) && xml.contains(&guid));
     let changed: Vec<_> = XML
         .lines()
@@ -203,7 +204,7 @@ fn other_start_values_give_the_same_text_but_for_starts_and_guid() {
     assert!(changed[1].1.contains("start=\"3\""));
     assert!(changed[2].1.contains("start=\"0.61\""));
     let none: [(&str, f64); 0] = [];
-    let (same, _) = beam_model_description::xml_with_starts(&none).unwrap();
+    let (same, _) = Layout::plain().xml_with_starts(&none).unwrap();
     assert_eq!(same, *XML);
     for (name, value, part) in [
         ("nonsense", 1.0, "no such variable"),
@@ -212,10 +213,12 @@ fn other_start_values_give_the_same_text_but_for_starts_and_guid() {
         ("normal_force", -1.0, "at least"),
         ("mode_count", 2.5, "whole number"),
     ] {
-        let error = beam_model_description::xml_with_starts(&[(name, value)]).unwrap_err();
+        let error = Layout::plain()
+            .xml_with_starts(&[(name, value)])
+            .unwrap_err();
         assert!(error.to_string().contains(part), "{error}");
     }
-    let toml = beam_model_description::start_values_toml(&starts, &guid).unwrap();
+    let toml = Layout::plain().start_values_toml(&starts, &guid).unwrap();
     assert!(toml.contains("\"mode_count\" = 3.0") && toml.contains(&guid));
     assert!(
         root()

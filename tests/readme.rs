@@ -61,6 +61,15 @@ fn the_table_of_effects_is_up_to_date() {
 }
 
 #[test]
+fn the_effect_of_ones_own_in_the_readme_can_be_used() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("readable");
+    let begin = readme.find("```toml\n").expect("the example") + 8;
+    let end = begin + readme[begin..].find("```").expect("its end");
+    let card = beam_model_description::UserCard::parse(&readme[begin..end]).expect("usable");
+    assert_eq!(card.id, "belt_ribs");
+}
+
+#[test]
 fn files_that_the_documentation_names_exist() {
     let mut missing = Vec::new();
     let mut pages = vec![

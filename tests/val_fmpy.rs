@@ -24,6 +24,11 @@ const RESULTS: [(&str, f64); 10] = [
     ("dwell_time", 1e-2),
 ];
 
+/// An effect of a user's own, with a unit that the model does not know.
+const OWN_EFFECT: &str = "id = 'stop'\ntitle = 'A stop'\ntarget = 'tip_force'\n\
+    expression = '-k*max(w - 5e-4, 0)^3'\n[[parameter]]\nname = 'k'\nunit = 'kN/mm3'\n\
+    min = 0\nmax = 1e12\ntypical = 1e11\n";
+
 fn packed(folder: &Path) -> PathBuf {
     let file = folder.join("StickSlipBeam.fmu");
     stickslip::command::pack::pack(&file).expect("packs");
@@ -33,23 +38,28 @@ fn packed(folder: &Path) -> PathBuf {
 #[test]
 fn val_the_validators_of_fmpy_and_fmutool_find_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let fmu = packed(folder.path());
-    let text = run(Command::new(programs().join("fmpy"))
-        .arg("validate")
-        .arg(&fmu));
-    assert_eq!(text.trim(), "No problems found.");
-    let text = run(Command::new(programs().join("fmutool"))
-        .arg("-input")
-        .arg(&fmu)
-        .arg("-check"));
-    for line in text.lines() {
-        let info = line.starts_with("INFO ");
-        assert!(
-            info && !line.contains("WARN") && !line.contains("ERROR"),
-            "{text}"
-        );
+    let effect = folder.path().join("stop.toml");
+    std::fs::write(&effect, OWN_EFFECT).unwrap();
+    let with_effect = folder.path().join("own.fmu");
+    stickslip::command::pack::pack_with(&with_effect, &[effect]).expect("packs");
+    for fmu in [packed(folder.path()), with_effect] {
+        let text = run(Command::new(programs().join("fmpy"))
+            .arg("validate")
+            .arg(&fmu));
+        assert_eq!(text.trim(), "No problems found.");
+        let text = run(Command::new(programs().join("fmutool"))
+            .arg("-input")
+            .arg(&fmu)
+            .arg("-check"));
+        for line in text.lines() {
+            let info = line.starts_with("INFO ");
+            assert!(
+                info && !line.contains("WARN") && !line.contains("ERROR"),
+                "{text}"
+            );
+        }
+        assert!(text.contains("No semantic error"), "{text}");
     }
-    assert!(text.contains("No semantic error"), "{text}");
 }
 
 fn cases() -> Value {

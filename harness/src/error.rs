@@ -25,8 +25,20 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    // ---- users' effects
+    /// A user's effect that can't be used.
+    #[error("{}{}: {problem}", path.display(), at_line(*line))]
+    EffectFile {
+        /// The effect's file.
+        path: PathBuf,
+        /// Line, counted from 1, where one is to blame.
+        line: Option<usize>,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+
     // ---- repaired model
-    /// The calibrated values do not fit this project's FMU.
+    /// The calibrated values do not fit the FMU that was diagnosed.
     #[error(
         "the repaired FMU can't be written: {problem}; diagnosis.json, model.toml and the .ssv are complete"
     )]

@@ -1,39 +1,142 @@
-//! Lookup of variables by value reference and by name.
+//! The variables of one FMU: the fixed table, then the parameters of the users' effects in it.
 
 use crate::table::variables;
+use crate::user_effect::{UserCard, UserEffectError};
+use crate::variable::{Kind, Quantity, Variable};
+use crate::{Causality, Initial, Variability};
+use beam_physics::unit::{self, Unit};
 use std::collections::HashMap;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// Marks a value reference without variable.
 const NONE: u16 = u16::MAX;
+/// First value reference of users' effects.
+pub const FIRST_USER_REFERENCE: u32 = 9000;
+/// Value references kept for each of them.
+const USER_BLOCK: u32 = 100;
+/// Most users' effects in one FMU.
+pub const MAX_USER_EFFECTS: usize = 16;
 
-static BY_REFERENCE: LazyLock<Vec<u16>> = LazyLock::new(|| {
-    let last = variables().iter().map(|v| v.reference).max().unwrap_or(0);
-    let mut map = vec![NONE; last as usize + 1];
-    for (index, variable) in variables().iter().enumerate() {
-        map[variable.reference as usize] = index as u16;
+/// The variables of one FMU, with lookup by value reference and by name.
+///
+/// Those of the fixed table come first, so an index or a value reference means the same in every FMU.
+/// Layouts are made once for each set of effects and kept while the program runs: a master may
+/// make thousands of instances of an FMU, and few different FMUs.
+#[derive(Debug)]
+pub struct Layout {
+    variables: Vec<Variable>,
+    effects: Vec<UserCard>,
+    by_reference: Vec<u16>,
+    by_name: HashMap<String, usize>,
+}
+
+impl Layout {
+    /// The layout without users' effects.
+    pub fn plain() -> &'static Self {
+        static PLAIN: LazyLock<Layout> = LazyLock::new(|| Layout::new(Vec::new()));
+        &PLAIN
     }
-    map
-});
 
-static BY_NAME: LazyLock<HashMap<&'static str, usize>> = LazyLock::new(|| {
-    variables()
-        .iter()
-        .enumerate()
-        .map(|(index, v)| (v.name.as_str(), index))
-        .collect()
-});
+    /// The layout with these users' effects.
+    ///
+    /// # Errors
+    /// Two effects with the same id, or more than [`MAX_USER_EFFECTS`].
+    pub fn with(effects: Vec<UserCard>) -> Result<&'static Self, UserEffectError> {
+        static MADE: Mutex<Vec<&'static Layout>> = Mutex::new(Vec::new());
+        if effects.is_empty() {
+            return Ok(Self::plain());
+        }
+        if effects.len() > MAX_USER_EFFECTS {
+            return Err(UserEffectError::TooMany {
+                count: effects.len(),
+                max: MAX_USER_EFFECTS,
+            });
+        }
+        for (i, effect) in effects.iter().enumerate() {
+            if effects[..i].iter().any(|e| e.id == effect.id) {
+                return Err(UserEffectError::Twice {
+                    id: effect.id.clone(),
+                });
+            }
+        }
+        let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(layout) = made.iter().find(|l| l.effects == effects) {
+            return Ok(layout);
+        }
+        let layout: &'static Self = Box::leak(Box::new(Self::new(effects)));
+        made.push(layout);
+        Ok(layout)
+    }
 
-/// Index in the table of the variable with a value reference.
-#[inline]
-pub fn index_of_reference(reference: u32) -> Option<usize> {
-    match BY_REFERENCE.get(reference as usize) {
-        Some(&index) if index != NONE => Some(index as usize),
-        _ => None,
+    fn new(effects: Vec<UserCard>) -> Self {
+        let mut all = variables().to_vec();
+        for (e, effect) in effects.iter().enumerate() {
+            for (i, p) in effect.parameters.iter().enumerate() {
+                all.push(Variable {
+                    name: format!("{}.{}", effect.id, p.name),
+                    reference: FIRST_USER_REFERENCE + USER_BLOCK * e as u32 + i as u32,
+                    quantity: Quantity::UserParameter(e, i),
+                    kind: Kind::Real(unit_named(&p.unit)),
+                    causality: Causality::Parameter,
+                    variability: Variability::Fixed,
+                    initial: Some(Initial::Exact),
+                    start: Some(p.start()),
+                    min: None,
+                    max: None,
+                    nominal: None,
+                    description: format!("{}: {}", effect.title, p.description),
+                });
+            }
+        }
+        let last = all.iter().map(|v| v.reference).max().unwrap_or(0);
+        let mut by_reference = vec![NONE; last as usize + 1];
+        for (index, variable) in all.iter().enumerate() {
+            by_reference[variable.reference as usize] = index as u16;
+        }
+        let names = all.iter().enumerate();
+        Self {
+            by_name: names.map(|(i, v)| (v.name.clone(), i)).collect(),
+            variables: all,
+            effects,
+            by_reference,
+        }
+    }
+
+    /// All variables, in the order of the XML.
+    #[inline]
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// The users' effects.
+    pub fn effects(&self) -> &[UserCard] {
+        &self.effects
+    }
+
+    /// Index of the variable with a value reference.
+    #[inline]
+    pub fn index_of_reference(&self, reference: u32) -> Option<usize> {
+        match self.by_reference.get(reference as usize) {
+            Some(&index) if index != NONE => Some(index as usize),
+            _ => None,
+        }
+    }
+
+    /// Index of the variable with a name.
+    pub fn index_of_name(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
     }
 }
 
-/// Index in the table of the variable with a name.
-pub fn index_of_name(name: &str) -> Option<usize> {
-    BY_NAME.get(name).copied()
+/// The unit with this symbol; one that the physics does not know is a label alone.
+fn unit_named(symbol: &str) -> Unit {
+    let known = unit::ALL.iter().find(|u| u.symbol == symbol);
+    known.copied().unwrap_or_else(|| Unit {
+        // Kept with the layout, which is kept while the program runs.
+        symbol: Box::leak(symbol.to_owned().into_boxed_str()),
+        kg: 0,
+        m: 0,
+        s: 0,
+        rad: 0,
+    })
 }

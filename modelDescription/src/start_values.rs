@@ -1,7 +1,8 @@
 //! An FMU with other start values: the same text with other `start` attributes and another GUID.
 
+use crate::layout::Layout;
 use crate::variable::Kind;
-use crate::{index_of_name, variables, xml};
+use crate::{guid_of, xml};
 use std::fmt::Write as _;
 
 /// Name of the file in the FMU's resources that holds start values and the GUID that goes with them.
@@ -53,61 +54,78 @@ impl std::fmt::Display for StartValueError {
 
 impl std::error::Error for StartValueError {}
 
-/// The description with other start values, and its GUID.
-///
-/// # Errors
-/// Unknown or unsettable names, values outside the variable's range.
-pub fn xml_with_starts(
-    starts: &[(impl AsRef<str>, f64)],
-) -> Result<(String, String), StartValueError> {
-    let mut all: Vec<Option<f64>> = variables().iter().map(|v| v.start).collect();
-    for (name, value) in starts {
-        all[check_start(name.as_ref(), *value)?] = Some(*value);
-    }
-    Ok(xml::generate(&all))
-}
+/// Folder of the FMU's resources that holds the users' effects, one file each.
+pub const EFFECTS_FOLDER: &str = "effects";
 
-/// The content of [`START_VALUES_FILE`] for an FMU made by [`xml_with_starts`] from the same values.
-///
-/// # Errors
-/// As [`xml_with_starts`].
-pub fn start_values_toml(
-    starts: &[(impl AsRef<str>, f64)],
-    guid: &str,
-) -> Result<String, StartValueError> {
-    let mut text = format!("guid = \"{guid}\"\n\n[start]\n");
-    for (name, value) in starts {
-        check_start(name.as_ref(), *value)?;
-        writeln!(text, "\"{}\" = {value:?}", name.as_ref()).expect("writing to a string");
+impl Layout {
+    /// The description with these start values in place of the built-in ones, and its GUID.
+    ///
+    /// # Errors
+    /// Unknown or unsettable names, values outside the variable's range.
+    pub fn xml_with_starts(
+        &self,
+        starts: &[(impl AsRef<str>, f64)],
+    ) -> Result<(String, String), StartValueError> {
+        let mut all: Vec<Option<f64>> = self.variables().iter().map(|v| v.start).collect();
+        for (name, value) in starts {
+            all[self.check_start(name.as_ref(), *value)?] = Some(*value);
+        }
+        Ok(xml::generate(self, &all))
     }
-    Ok(text)
-}
 
-/// Index of the variable if `value` may be its start value.
-///
-/// # Errors
-/// Unknown or unsettable names, a value outside the variable's range.
-pub fn check_start(name: &str, value: f64) -> Result<usize, StartValueError> {
-    let index =
-        index_of_name(name).ok_or_else(|| StartValueError::Unknown { name: name.into() })?;
-    let variable = &variables()[index];
-    if !variable.is_settable() {
-        return Err(StartValueError::NotSettable { name: name.into() });
+    /// The content of [`START_VALUES_FILE`] for an FMU made by [`Layout::xml_with_starts`] from the same
+    /// values: its GUID, its users' effects each with the digest of its file, its start values.
+    ///
+    /// # Errors
+    /// As [`Layout::xml_with_starts`].
+    pub fn start_values_toml(
+        &self,
+        starts: &[(impl AsRef<str>, f64)],
+        guid: &str,
+    ) -> Result<String, StartValueError> {
+        let mut text = format!("guid = \"{guid}\"\n");
+        for effect in self.effects() {
+            let (id, digest) = (&effect.id, guid_of(&effect.text));
+            write!(
+                text,
+                "\n[[effect]]\nfile = \"{EFFECTS_FOLDER}/{id}.toml\"\ndigest = \"{digest}\"\n"
+            )
+            .expect("writing to a string");
+        }
+        text += "\n[start]\n";
+        for (name, value) in starts {
+            self.check_start(name.as_ref(), *value)?;
+            writeln!(text, "\"{}\" = {value:?}", name.as_ref()).expect("writing to a string");
+        }
+        Ok(text)
     }
-    let required = if !value.is_finite() {
-        "finite".to_owned()
-    } else if !matches!(variable.kind, Kind::Real(_)) && value.fract() != 0.0 {
-        "a whole number".to_owned()
-    } else if variable.min.is_some_and(|min| value < min) {
-        format!("at least {:?}", variable.min.unwrap_or_default())
-    } else if variable.max.is_some_and(|max| value > max) {
-        format!("at most {:?}", variable.max.unwrap_or_default())
-    } else {
-        return Ok(index);
-    };
-    Err(StartValueError::BadValue {
-        name: name.into(),
-        value,
-        required,
-    })
+
+    /// Index of the variable if `value` may be its start value.
+    ///
+    /// # Errors
+    /// Unknown or unsettable names, a value outside the variable's range.
+    pub fn check_start(&self, name: &str, value: f64) -> Result<usize, StartValueError> {
+        let unknown = || StartValueError::Unknown { name: name.into() };
+        let index = self.index_of_name(name).ok_or_else(unknown)?;
+        let variable = &self.variables()[index];
+        if !variable.is_settable() {
+            return Err(StartValueError::NotSettable { name: name.into() });
+        }
+        let required = if !value.is_finite() {
+            "finite".to_owned()
+        } else if !matches!(variable.kind, Kind::Real(_)) && value.fract() != 0.0 {
+            "a whole number".to_owned()
+        } else if variable.min.is_some_and(|min| value < min) {
+            format!("at least {:?}", variable.min.unwrap_or_default())
+        } else if variable.max.is_some_and(|max| value > max) {
+            format!("at most {:?}", variable.max.unwrap_or_default())
+        } else {
+            return Ok(index);
+        };
+        Err(StartValueError::BadValue {
+            name: name.into(),
+            value,
+            required,
+        })
+    }
 }

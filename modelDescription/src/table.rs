@@ -1,4 +1,4 @@
-//! The table of variables, in the order of the XML. Value references are fixed for ever:
+//! The fixed part of the table of variables, in the order of the XML. Value references are fixed for ever:
 //!
 //! | from | what |
 //! |---|---|
@@ -9,7 +9,7 @@
 //! | 200 | friction |
 //! | 300 | sensor, tolerance, start |
 //! | 1000 | effects, each its block of 100: parameter i at +i, state j at +60 + j |
-//! | 9000 | kept free for effects that users add |
+//! | 9000 | users' effects, each its block of 100 (see `layout`) |
 
 use crate::declared_type::enumeration;
 use crate::variable::{Causality, Initial, Kind, ModeItem, Quantity, Variability, Variable};
@@ -27,7 +27,7 @@ const FIRST_STATE: u32 = 60;
 
 static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(build);
 
-/// All variables, in the order of the XML.
+/// All variables that every FMU has, in the order of the XML.
 pub fn variables() -> &'static [Variable] {
     &TABLE
 }

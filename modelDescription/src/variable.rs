@@ -122,6 +122,8 @@ pub enum Quantity {
     EffectParameter(usize, usize),
     /// State of an effect: index of the card and of the state.
     EffectState(usize, usize),
+    /// Parameter of a user's effect: index of the effect and of the parameter.
+    UserParameter(usize, usize),
 }
 
 /// One variable of the FMU.

@@ -1,8 +1,9 @@
 //! Writes modelDescription.xml.
 
 use crate::declared_type::{ENUMERATIONS, display_units, of_unit};
+use crate::layout::Layout;
 use crate::variable::{Causality, Initial, Kind, Variability, Variable};
-use crate::{LOG_CATEGORIES, MODEL_IDENTIFIER, annotation, variables};
+use crate::{LOG_CATEGORIES, MODEL_IDENTIFIER, annotation};
 use beam_physics::unit::{self, Unit};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
@@ -11,15 +12,15 @@ use std::io;
 /// Stands for the GUID while the text is hashed.
 const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
 
-/// The description for given start values (in the order of the table), and its GUID.
-pub fn generate(starts: &[Option<f64>]) -> (String, String) {
-    let text = write(starts).expect("writing to memory cannot fail");
+/// The description for given start values (in the order of the layout), and its GUID.
+pub fn generate(layout: &Layout, starts: &[Option<f64>]) -> (String, String) {
+    let text = write(layout, starts).expect("writing to memory cannot fail");
     let guid = guid_of(&text);
     (text.replacen(PLACEHOLDER, &guid, 1), guid)
 }
 
-/// FNV-1a with 128 bits, written as a UUID.
-fn guid_of(text: &str) -> String {
+/// A GUID made from a text: FNV-1a with 128 bits, written as a UUID.
+pub fn guid_of(text: &str) -> String {
     let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     for byte in text.bytes() {
         hash = (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
@@ -35,7 +36,7 @@ fn guid_of(text: &str) -> String {
     )
 }
 
-fn write(starts: &[Option<f64>]) -> io::Result<String> {
+fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     writer
@@ -59,8 +60,8 @@ fn write(starts: &[Option<f64>]) -> io::Result<String> {
         ])
         .write_inner_content(|w| {
             co_simulation(w)?;
-            units(w)?;
-            types(w)?;
+            units(w, layout)?;
+            types(w, layout)?;
             log_categories(w)?;
             w.create_element("DefaultExperiment")
                 .with_attributes([
@@ -74,16 +75,17 @@ fn write(starts: &[Option<f64>]) -> io::Result<String> {
                 ])
                 .write_empty()?;
             w.create_element("VendorAnnotations")
-                .write_inner_content(annotation::write)?;
+                .write_inner_content(|w| annotation::write(w, layout))?;
             w.create_element("ModelVariables")
                 .write_inner_content(|w| {
-                    for (i, (variable, start)) in variables().iter().zip(starts).enumerate() {
+                    let variables = layout.variables().iter();
+                    for (i, (variable, start)) in variables.zip(starts).enumerate() {
                         w.write_event(Event::Comment(BytesText::new(&format!(" {} ", i + 1))))?;
                         scalar_variable(w, variable, *start)?;
                     }
                     Ok(())
                 })?;
-            structure(w)
+            structure(w, layout)
         })?;
     let mut text = String::from_utf8(writer.into_inner()).expect("the writer writes UTF-8");
     text.push('\n');
@@ -109,19 +111,35 @@ fn co_simulation(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
     Ok(())
 }
 
-/// Units in use, in the order of the physics' list.
-fn used_units() -> impl Iterator<Item = &'static Unit> {
-    unit::ALL.iter().filter(|u| {
-        variables()
-            .iter()
-            .any(|v| matches!(v.kind, Kind::Real(of) if of.symbol == u.symbol))
-    })
+/// Units in use: first those of the physics' list in its order, then those that users' effects bring.
+fn used_units(layout: &Layout) -> Vec<Unit> {
+    let in_use = |v: &Variable| match v.kind {
+        Kind::Real(unit) => Some(unit),
+        _ => None,
+    };
+    let used: Vec<Unit> = layout.variables().iter().filter_map(in_use).collect();
+    let has = |list: &[Unit], unit: &Unit| list.iter().any(|u| u.symbol == unit.symbol);
+    let known = unit::ALL.iter().copied().filter(|u| has(&used, u));
+    let mut units: Vec<Unit> = known.collect();
+    for unit in used {
+        if !has(&units, &unit) {
+            units.push(unit);
+        }
+    }
+    units
 }
 
-fn units(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+fn units(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
     w.create_element("UnitDefinitions")
         .write_inner_content(|w| {
-            for unit in used_units() {
+            for unit in used_units(layout) {
+                if !unit::ALL.contains(&unit) {
+                    // A user's own: what it is made of is not known.
+                    w.create_element("Unit")
+                        .with_attribute(("name", unit.symbol))
+                        .write_empty()?;
+                    continue;
+                }
                 w.create_element("Unit")
                     .with_attribute(("name", unit.symbol))
                     .write_inner_content(|w| {
@@ -152,11 +170,11 @@ fn units(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
     Ok(())
 }
 
-fn types(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+fn types(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
     w.create_element("TypeDefinitions")
         .write_inner_content(|w| {
-            for unit in used_units() {
-                if let Some((name, description)) = of_unit(*unit) {
+            for unit in used_units(layout) {
+                if let Some((name, description)) = of_unit(unit) {
                     w.create_element("SimpleType")
                         .with_attributes([("name", name), ("description", description)])
                         .write_inner_content(|w| {
@@ -281,9 +299,10 @@ fn typed(w: &mut Writer<Vec<u8>>, variable: &Variable, start: Option<f64>) -> io
     Ok(())
 }
 
-fn structure(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+fn structure(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
     let outputs = || {
-        variables()
+        layout
+            .variables()
             .iter()
             .enumerate()
             .filter(|(_, v)| v.causality == Causality::Output)

@@ -478,6 +478,11 @@ pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: StateHandl
                 function,
                 argument: "FMUstate",
             })?;
+            if !ptr::eq(state.layout, instance.content.layout) {
+                return Err(Fault::BrokenState {
+                    problem: "it belongs to an FMU with other effects of users".into(),
+                });
+            }
             instance.content.clone_from(state);
             Ok(())
         })
@@ -568,10 +573,10 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     let function = Function::DeSerializeFmuState;
     // SAFETY: contract of this module.
     unsafe {
-        with_instance(component, function, |_| {
+        with_instance(component, function, |instance| {
             writable(state, 1, function, "FMUstate")?;
             let bytes = slice(serialized.cast::<u8>(), size, function, "serializedState")?;
-            let content = fmu_state::deserialize(bytes)?;
+            let content = fmu_state::deserialize(instance.content.layout, bytes)?;
             match (*state).cast::<Content>().as_mut() {
                 Some(old) => *old = content,
                 None => *state = Box::into_raw(Box::new(content)).cast(),

@@ -7,11 +7,12 @@ use crate::instance::{Content, Experiment};
 use crate::lifecycle::Phase;
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
+use beam_model_description::Layout;
 use beam_physics::simulate::Simulation;
 use beam_physics::simulate::snapshot::{Codec, Reader, Writer};
 
 const MAGIC: [u8; 8] = *b"SSBEAM\r\n";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 8 + 4 + 8;
 const CHECKSUM: usize = 8;
 
@@ -31,11 +32,11 @@ pub fn serialize(content: &Content) -> Vec<u8> {
     out
 }
 
-/// The state in `bytes`.
+/// The state in `bytes`, of an FMU with these variables.
 ///
 /// # Errors
 /// [`Fault::BrokenState`] for anything that [`serialize`] did not write.
-pub fn deserialize(bytes: &[u8]) -> Result<Content, Fault> {
+pub fn deserialize(layout: &'static Layout, bytes: &[u8]) -> Result<Content, Fault> {
     let broken = |problem: &str| Fault::BrokenState {
         problem: problem.to_owned(),
     };
@@ -59,7 +60,7 @@ pub fn deserialize(bytes: &[u8]) -> Result<Content, Fault> {
     if sum != checksum(&bytes[..end]) {
         return Err(broken("its checksum does not match"));
     }
-    let mut content = Content::blank();
+    let mut content = Content::blank(layout);
     let mut reader = Reader::new(&bytes[HEADER..end]);
     exchange(&mut content, &mut reader)
         .filter(|()| reader.is_empty())
@@ -68,8 +69,8 @@ pub fn deserialize(bytes: &[u8]) -> Result<Content, Fault> {
 }
 
 /// FNV-1a.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+fn checksum<'a>(bytes: impl IntoIterator<Item = &'a u8>) -> u64 {
+    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
     })
 }
@@ -79,6 +80,14 @@ fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
     let mut phase = content.phase as u8;
     codec.byte(&mut phase)?;
     content.phase = Phase::from_number(phase)?;
+    // With other effects of users the same values would mean another model.
+    let texts = content.layout.effects().iter();
+    let own = checksum(texts.flat_map(|effect| effect.text.as_bytes()));
+    let mut effects = own;
+    codec.count(&mut effects)?;
+    if effects != own {
+        return None;
+    }
     let mut count = content.values.len() as u64;
     codec.count(&mut count)?;
     if count != content.values.len() as u64 {
@@ -116,15 +125,19 @@ fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
         codec.number(value)?;
     }
     if content.run.is_none() {
-        content.run = Some(rebuilt(&content.built, &content.experiment)?);
+        content.run = Some(rebuilt(
+            content.layout,
+            &content.built,
+            &content.experiment,
+        )?);
     }
     content.run.as_mut()?.exchange(codec)
 }
 
 /// A run with the model of `values`, to be filled.
-fn rebuilt(values: &[f64], experiment: &Experiment) -> Option<Simulation> {
+fn rebuilt(layout: &'static Layout, values: &[f64], experiment: &Experiment) -> Option<Simulation> {
     let inputs = PLACES.inputs(values, [0.0; 2], experiment.start);
-    let model = setup::model(values, inputs).ok()?;
+    let model = setup::model(layout, values, inputs).ok()?;
     let start = PLACES.start(values, &model, experiment.start);
     Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()
 }

@@ -5,7 +5,7 @@ use crate::log::Log;
 use crate::resource::Starts;
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
-use beam_model_description::variables;
+use beam_model_description::Layout;
 use beam_physics::error::PhysicsError;
 use beam_physics::simulate::Simulation;
 
@@ -23,9 +23,11 @@ pub struct Experiment {
 /// Everything of an instance that changes; what `fmi2GetFMUstate` copies.
 #[derive(Clone)]
 pub struct Content {
+    /// The FMU's variables.
+    pub layout: &'static Layout,
     /// Phase of the calling sequence.
     pub phase: Phase,
-    /// Values set (or start values) in the order of the table.
+    /// Values set (or start values) in the order of the layout.
     pub values: Vec<f64>,
     /// The experiment.
     pub experiment: Experiment,
@@ -58,7 +60,7 @@ pub struct Instance {
 impl Instance {
     /// A fresh instance.
     pub fn new(log: Log, starts: Starts) -> Self {
-        let mut content = Content::blank();
+        let mut content = Content::blank(starts.layout);
         content.values.copy_from_slice(&starts.values);
         Self {
             log,
@@ -191,10 +193,11 @@ impl Instance {
 
 impl Content {
     /// Before anything was set.
-    pub fn blank() -> Self {
+    pub fn blank(layout: &'static Layout) -> Self {
         Self {
+            layout,
             phase: Phase::Instantiated,
-            values: vec![0.0; variables().len()],
+            values: vec![0.0; layout.variables().len()],
             experiment: Experiment::default(),
             time: 0.0,
             input_rates: [0.0; 2],
@@ -230,7 +233,7 @@ impl Content {
             }
             _ => {
                 self.run = None;
-                let model = setup::model(&self.values, inputs)?;
+                let model = setup::model(self.layout, &self.values, inputs)?;
                 let start = places.start(&self.values, &model, time);
                 self.run = Some(Simulation::from_model(model, inputs, &start, tolerance)?);
                 self.built.clone_from(&self.values);

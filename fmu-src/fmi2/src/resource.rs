@@ -1,11 +1,13 @@
-//! The FMU's resource folder and the start values in it.
+//! The FMU's resource folder: start values and users' effects.
 
-use beam_model_description::{START_VALUES_FILE, index_of_name, variables};
+use beam_model_description::{Layout, START_VALUES_FILE, UserCard, Variable, guid_of};
 use std::path::{Path, PathBuf};
 
-/// Start values in the order of the table, and the GUID that goes with them.
+/// Start values in the order of the layout, and the GUID that goes with them.
 #[derive(Debug, Clone)]
 pub struct Starts {
+    /// The FMU's variables: the fixed ones and those of the users' effects.
+    pub layout: &'static Layout,
     /// One value per variable; 0 where a variable has none.
     pub values: Vec<f64>,
     /// GUID that the master must show.
@@ -15,9 +17,15 @@ pub struct Starts {
 impl Starts {
     /// The built-in ones.
     pub fn built_in() -> Self {
+        Self::of(Layout::plain(), beam_model_description::guid().to_owned())
+    }
+
+    fn of(layout: &'static Layout, guid: String) -> Self {
+        let start = |v: &Variable| v.start.unwrap_or(0.0);
         Self {
-            values: variables().iter().map(|v| v.start.unwrap_or(0.0)).collect(),
-            guid: beam_model_description::guid().to_owned(),
+            layout,
+            values: layout.variables().iter().map(start).collect(),
+            guid,
         }
     }
 
@@ -34,17 +42,23 @@ impl Starts {
         };
         let at = |problem: String| format!("{}: {problem}; pack the FMU anew", file.display());
         let text = std::fs::read_to_string(&file).map_err(|e| at(format!("can't be read: {e}")))?;
-        Self::parse(&text).map_err(at)
+        let resources = file.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, resources).map_err(at)
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    fn parse(text: &str, resources: &Path) -> Result<Self, String> {
         let mut table: toml::Table = text.parse().map_err(|e| format!("not valid TOML: {e}"))?;
-        let mut starts = Self::built_in();
-        starts.guid = match table.remove("guid") {
+        let guid = match table.remove("guid") {
             Some(toml::Value::String(guid)) => guid,
             Some(other) => return Err(format!("guid = {other} is not a string")),
             None => return Err("the entry 'guid' is missing".to_owned()),
         };
+        let effects = match table.remove("effect") {
+            Some(list) => user_effects(&list, resources)?,
+            None => Vec::new(),
+        };
+        let layout = Layout::with(effects).map_err(|e| e.to_string())?;
+        let mut starts = Self::of(layout, guid);
         if let Some(value) = table.remove("start") {
             match value {
                 toml::Value::Table(inner) => starts.take("", &inner)?,
@@ -72,12 +86,35 @@ impl Starts {
                 }
                 other => return Err(format!("'{name}' = {other} is not a number")),
             };
-            beam_model_description::check_start(&name, number).map_err(|e| e.to_string())?;
-            let index = index_of_name(&name).expect("checked");
-            self.values[index] = number;
+            let index = self.layout.check_start(&name, number);
+            self.values[index.map_err(|e| e.to_string())?] = number;
         }
         Ok(())
     }
+}
+
+/// The users' effects that `[[effect]]` lists, each from its file, which must be the one that was packed.
+fn user_effects(list: &toml::Value, resources: &Path) -> Result<Vec<UserCard>, String> {
+    let entry = |value: &toml::Value| {
+        let text = |key: &str| value.get(key)?.as_str();
+        let (Some(name), Some(digest)) = (text("file"), text("digest")) else {
+            return Err("an [[effect]] lacks the texts 'file' and 'digest'".to_owned());
+        };
+        let in_file = |problem: String| format!("{name}: {problem}");
+        let text = std::fs::read_to_string(resources.join(name))
+            .map_err(|e| in_file(format!("can't be read: {e}")))?;
+        if guid_of(&text) != digest {
+            return Err(in_file(
+                "was changed since modelDescription.xml was written for it".into(),
+            ));
+        }
+        UserCard::parse(&text).map_err(|e| {
+            let line = e.line().map_or(String::new(), |l| format!("line {l}: "));
+            in_file(format!("{line}{e}"))
+        })
+    };
+    let list = list.as_array().ok_or("'effect' is not a list of tables")?;
+    list.iter().map(entry).collect()
 }
 
 /// The folder of a `file:` URI, whichever way masters write it: `file:///p`, `file:/p`, `file:////p`,
@@ -126,6 +163,10 @@ fn percent_decoded(text: &str) -> String {
 mod tests {
     use super::*;
 
+    fn index_of_name(name: &str) -> Option<usize> {
+        Layout::plain().index_of_name(name)
+    }
+
     #[test]
     fn resource_uris_of_real_masters_are_understood() {
         for uri in [
@@ -151,6 +192,7 @@ mod tests {
     fn start_values_are_taken_over_or_refused_with_a_reason() {
         let starts = Starts::parse(
             "guid = \"{x}\"\nfriction.mu_0 = 0.5\n[start]\n\"mode[1].frequency\" = 81",
+            Path::new(""),
         )
         .unwrap();
         assert_eq!(starts.guid, "{x}");
@@ -167,8 +209,14 @@ mod tests {
             ("guid = \"x\"\nfriction.mu_0 = nan", "finite"),
             ("guid = 3", "not a string"),
             ("guid", "not valid TOML"),
+            ("guid = \"x\"\neffect = 1", "not a list"),
+            ("guid = \"x\"\n[[effect]]\nfile = \"a\"", "lacks"),
+            (
+                "guid = \"x\"\n[[effect]]\nfile = \"no/such\"\ndigest = \"\"",
+                "no/such: can't be read",
+            ),
         ] {
-            let message = Starts::parse(text).unwrap_err();
+            let message = Starts::parse(text, Path::new("")).unwrap_err();
             assert!(message.contains(part), "{text}: {message}");
         }
     }

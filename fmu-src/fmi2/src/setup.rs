@@ -1,6 +1,6 @@
 //! From the values of the variables to a run of the physics.
 
-use beam_model_description::{ModeItem, Quantity, variables};
+use beam_model_description::{Layout, ModeItem, Quantity, variables};
 use beam_physics::beam::{Beam, MAX_MODES, ModalOscillator};
 use beam_physics::belt::Inputs;
 use beam_physics::effects::CATALOGUE;
@@ -29,8 +29,10 @@ pub struct Places {
     q_dot: [usize; MAX_MODES],
     /// Index of an effect's first state, by card.
     effect_states: Vec<usize>,
-    /// Indices of everything that the model is built from.
+    /// Indices in the fixed table of everything that the model is built from.
     model: Vec<usize>,
+    /// Where the parameters of users' effects begin; all of them are needed for the model.
+    user: usize,
 }
 
 /// The places.
@@ -70,6 +72,7 @@ pub static PLACES: LazyLock<Places> = LazyLock::new(|| {
             .filter(|(_, v)| v.is_settable() && builds_the_model(v.quantity))
             .map(|(index, _)| index)
             .collect(),
+        user: variables().len(),
     }
 });
 
@@ -92,7 +95,8 @@ fn builds_the_model(quantity: Quantity) -> bool {
 impl Places {
     /// Whether both sets of values lead to the same model.
     pub fn same_model(&self, a: &[f64], b: &[f64]) -> bool {
-        self.model.iter().all(|&i| a[i].to_bits() == b[i].to_bits())
+        let same = |i: usize| a[i].to_bits() == b[i].to_bits();
+        self.model.iter().all(|&i| same(i)) && (self.user..a.len()).all(same)
     }
 
     /// The inputs of `values` with rates per second, from `since` in s on.
@@ -135,15 +139,26 @@ impl Places {
     }
 }
 
-/// Builds the model from `values`.
+/// Builds the model from `values` in the order of `layout`.
 ///
 /// # Errors
 /// Parameters outside the range in which the equations hold.
-pub fn model(values: &[f64], inputs: Inputs) -> Result<Model, PhysicsError> {
-    Model::new(&parameters(values)?, inputs)
+pub fn model(
+    layout: &'static Layout,
+    values: &[f64],
+    inputs: Inputs,
+) -> Result<Model, PhysicsError> {
+    let mut parameters = parameters(values)?;
+    let mut own = &values[PLACES.user..];
+    for effect in layout.effects() {
+        let (mine, rest) = own.split_at(effect.parameters.len());
+        parameters.user_effects.extend(effect.effect(mine));
+        own = rest;
+    }
+    Model::new(&parameters, inputs)
 }
 
-/// The physics' parameters from `values`.
+/// The physics' parameters from `values`, without users' effects.
 fn parameters(values: &[f64]) -> Result<ModelParameters, PhysicsError> {
     let mut out = ModelParameters::default();
     let mut modes = [ModalOscillator {

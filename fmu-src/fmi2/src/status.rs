@@ -128,7 +128,7 @@ pub enum Fault {
         what: String,
     },
     /// A state that can't be restored.
-    #[error("the serialised FMU state can't be restored: {problem}; nothing was changed")]
+    #[error("the FMU state can't be restored: {problem}; nothing was changed")]
     BrokenState {
         /// What is wrong with it.
         problem: String,

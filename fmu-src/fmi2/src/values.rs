@@ -4,9 +4,7 @@ use crate::instance::Content;
 use crate::lifecycle::{Function, Phase};
 use crate::setup::PLACES;
 use crate::status::Fault;
-use beam_model_description::{
-    Causality, Kind, ModeItem, Quantity, Variable, index_of_reference, variables,
-};
+use beam_model_description::{Causality, Kind, Layout, ModeItem, Quantity, Variable};
 use beam_physics::contact::ContactMode;
 use beam_physics::energy::Energy;
 use beam_physics::integrate::State;
@@ -41,9 +39,10 @@ impl Access {
 /// # Errors
 /// Unknown value reference, another type.
 #[inline]
-pub fn find(reference: u32, access: Access) -> Result<usize, Fault> {
-    let index = index_of_reference(reference).ok_or(Fault::UnknownReference { reference })?;
-    let variable = &variables()[index];
+pub fn find(layout: &'static Layout, reference: u32, access: Access) -> Result<usize, Fault> {
+    let unknown = Fault::UnknownReference { reference };
+    let index = layout.index_of_reference(reference).ok_or(unknown)?;
+    let variable = &layout.variables()[index];
     let integer = variable.kind.is_integer();
     if access
         == (if integer {
@@ -188,14 +187,14 @@ impl Content {
         let Some(run) = &self.run else {
             // A run that never began (an error before) has nothing but the values set.
             for (position, &reference) in references.iter().enumerate() {
-                write(position, self.values[find(reference, access)?]);
+                write(position, self.values[find(self.layout, reference, access)?]);
             }
             return Ok(());
         };
         let mut view = View::new(run);
         for (position, &reference) in references.iter().enumerate() {
-            let index = find(reference, access)?;
-            let quantity = variables()[index].quantity;
+            let index = find(self.layout, reference, access)?;
+            let quantity = self.layout.variables()[index].quantity;
             let value = match view.value(quantity, self.values[index]) {
                 Some(value) => value,
                 None => {
@@ -218,7 +217,7 @@ impl Content {
                 Ok(())
             }
             _ => Err(Fault::EnergyNotAccounted {
-                name: &variables()[index].name,
+                name: &self.layout.variables()[index].name,
             }),
         }
     }
@@ -234,11 +233,11 @@ impl Content {
         read: impl Fn(usize) -> f64,
     ) -> Result<(), Fault> {
         for (position, &reference) in references.iter().enumerate() {
-            let index = find(reference, access)?;
-            self.check(&variables()[index], read(position))?;
+            let index = find(self.layout, reference, access)?;
+            self.check(&self.layout.variables()[index], read(position))?;
         }
         for (position, &reference) in references.iter().enumerate() {
-            let index = find(reference, access)?;
+            let index = find(self.layout, reference, access)?;
             self.values[index] = read(position);
         }
         if self.phase == Phase::StepComplete {
@@ -289,8 +288,8 @@ impl Content {
     ) -> Result<(), Fault> {
         let mut wanted = self.input_rates;
         for ((&reference, &order), &rate) in references.iter().zip(orders).zip(rates) {
-            let index = find(reference, Access::Real)?;
-            let variable = &variables()[index];
+            let index = find(self.layout, reference, Access::Real)?;
+            let variable = &self.layout.variables()[index];
             let place = [PLACES.belt_velocity, PLACES.normal_force]
                 .iter()
                 .position(|&input| input == index)
@@ -350,7 +349,7 @@ impl Content {
         };
         let rates = run.output_rates()?;
         for (position, (&reference, &order)) in references.iter().zip(orders).enumerate() {
-            let variable = &variables()[find(reference, Access::Real)?];
+            let variable = &self.layout.variables()[find(self.layout, reference, Access::Real)?];
             if order != 1 {
                 return Err(Fault::BadArgument {
                     function,

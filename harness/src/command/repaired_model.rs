@@ -6,7 +6,7 @@ use std::path::Path;
 use super::pack;
 use crate::diagnose::outcome::Diagnosis;
 use crate::error::Error;
-use crate::fmu::Fmu;
+use crate::fmu::{Fmu, with_guid, with_starts};
 use crate::output::write_file;
 
 /// Calibrated values by FMU variable: those of the structure, the friction law and the effects.
@@ -38,6 +38,10 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
 
 /// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu into `folder`.
 ///
+/// The FMU is the one that was diagnosed, its binaries and resources included, with other start values. One of
+/// this project takes them from its resources too, under a GUID of their own; in any other they stand in
+/// modelDescription.xml alone, from where masters send them.
+///
 /// # Errors
 /// A folder that can't be written, or values that the FMU does not take.
 pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Error> {
@@ -47,18 +51,54 @@ pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Erro
         &folder.join("StickSlipBeam.ssv"),
         ssv(fmu, &values).as_bytes(),
     )?;
-    let list: Vec<(&str, f64)> = values.iter().map(|(n, v)| (n.as_str(), *v)).collect();
-    let refused = |e: beam_model_description::StartValueError| Error::StartValues {
-        problem: e.to_string(),
+    write_fmu(fmu, &values, &folder.join(pack::FILE_NAME))
+}
+
+/// Writes the FMU with these start values to `path`.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_fmu(fmu: &Fmu, values: &[(String, f64)], path: &Path) -> Result<(), Error> {
+    let refused = |problem: String| Error::StartValues { problem };
+    let mut files = fmu.files()?;
+    let place = |files: &[(String, Vec<u8>)], name: &str| files.iter().position(|f| f.0 == name);
+    let text = |files: &[(String, Vec<u8>)], at: usize| {
+        String::from_utf8(files[at].1.clone())
+            .map_err(|_| refused(format!("{} is not UTF-8 text", files[at].0)))
     };
-    let (xml, guid) = beam_model_description::xml_with_starts(&list).map_err(refused)?;
-    let starts = beam_model_description::start_values_toml(&list, &guid).map_err(refused)?;
-    let resource = format!("resources/{}", beam_model_description::START_VALUES_FILE);
-    pack::write_fmu(
-        &folder.join(pack::FILE_NAME),
-        &xml,
-        &[(&resource, starts.as_bytes())],
-    )
+    let description = place(&files, pack::DESCRIPTION)
+        .ok_or_else(|| refused(format!("{} is missing", pack::DESCRIPTION)))?;
+    let mut xml = with_starts(&text(&files, description)?, values).map_err(refused)?;
+    if let Some(starts) = place(&files, pack::START_VALUES) {
+        let guid = beam_model_description::guid_of(&xml);
+        xml = with_guid(&xml, &guid).map_err(refused)?;
+        let old = text(&files, starts)?;
+        files[starts].1 = start_values(&old, &guid, values)
+            .map_err(|problem| refused(format!("{}: {problem}", pack::START_VALUES)))?
+            .into_bytes();
+        if let Some(page) = place(&files, pack::DOCUMENTATION) {
+            files[page].1 = pack::document(path, &xml)?;
+        }
+    }
+    files[description].1 = xml.into_bytes();
+    pack::write_fmu(path, &files).map_err(|error| match error {
+        Error::FmuInstantiate { reason, .. } => refused(reason),
+        other => other,
+    })
+}
+
+/// The start values' file with these values and this GUID; what else stands in it (the users' effects) stays.
+fn start_values(old: &str, guid: &str, values: &[(String, f64)]) -> Result<String, String> {
+    let mut table: toml::Table = old.parse().map_err(|e| format!("not valid TOML: {e}"))?;
+    table.insert("guid".into(), guid.into());
+    let start = table
+        .entry("start")
+        .or_insert_with(|| toml::Table::new().into());
+    let start = start.as_table_mut().ok_or("[start] is not a table")?;
+    for (name, value) in values {
+        start.insert(name.clone(), (*value).into());
+    }
+    toml::to_string(&table).map_err(|e| e.to_string())
 }
 
 fn model_toml(values: &[(String, f64)]) -> String {

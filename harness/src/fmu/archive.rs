@@ -54,13 +54,36 @@ pub(crate) fn unpack(path: &Path) -> Result<TempDir, Error> {
     Ok(folder)
 }
 
+/// Name of the description inside the archive.
+pub(crate) const DESCRIPTION: &str = "modelDescription.xml";
+
+/// Every file below an unpacked FMU's folder, sorted by path but for the description, which comes first.
+pub(crate) fn files(folder: &Path) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    let mut files = Vec::new();
+    let mut folders = vec![(String::new(), folder.to_owned())];
+    while let Some((prefix, folder)) = folders.pop() {
+        for entry in fs::read_dir(&folder).map_err(Error::read(&folder))? {
+            let path = entry.map_err(Error::read(&folder))?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{prefix}{name}");
+            if path.is_dir() {
+                folders.push((format!("{name}/"), path));
+            } else {
+                files.push((name, fs::read(&path).map_err(Error::read(&path))?));
+            }
+        }
+    }
+    files.sort_by(|a, b| (a.0 != DESCRIPTION, &a.0).cmp(&(b.0 != DESCRIPTION, &b.0)));
+    Ok(files)
+}
+
 /// Reads the description in an unpacked FMU and returns it with its text.
 pub(crate) fn describe(path: &Path, folder: &Path) -> Result<(ModelDescription, String), Error> {
     let broken = |problem: String| Error::FmuDescription {
         path: path.to_owned(),
         problem,
     };
-    let xml = fs::read_to_string(folder.join("modelDescription.xml"))
+    let xml = fs::read_to_string(folder.join(DESCRIPTION))
         .map_err(|_| broken("missing or not UTF-8 text; this is not an FMU".into()))?;
     let description = parse(&xml).map_err(|problem| match problem {
         Problem::Broken(what) => broken(what),

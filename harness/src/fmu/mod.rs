@@ -21,6 +21,7 @@
 
 mod archive;
 mod description;
+mod edit_description;
 #[cfg(feature = "fmi-crate")]
 mod fmi_crate_backend;
 mod fmi_rs_backend;
@@ -37,6 +38,7 @@ pub use description::{
     Capabilities, Causality, DefaultExperiment, EnumItem, Kind, ModelDescription, Variable,
     VendorAnnotation,
 };
+pub use edit_description::{with_guid, with_starts};
 pub use instance::{Instance, State};
 pub use status::Status;
 
@@ -151,6 +153,19 @@ impl Fmu {
     /// Where it was loaded from.
     pub fn path(&self) -> &Path {
         &self.loaded.path
+    }
+
+    /// Everything in the archive: path inside it with forward slashes, and content; modelDescription.xml first.
+    ///
+    /// # Errors
+    /// An unpacked file that can't be read any more.
+    pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, Error> {
+        let folder = match &self.loaded.source {
+            Source::FmiRs(folder) => folder.path(),
+            #[cfg(feature = "fmi-crate")]
+            Source::FmiCrate(import) => fmi::traits::FmiImport::archive_path(import),
+        };
+        archive::files(folder)
     }
 
     /// The variable of this name, or an error with similar names.

@@ -1,12 +1,15 @@
-//! `stickslip pack`: writes StickSlipBeam.fmu from the library that was built with this program.
+//! `stickslip pack`: writes StickSlipBeam.fmu from the library that was built with this program, with effects of
+//! the user's own if they are given.
 //!
 //! The only place where the harness knows the FMU's crates.
 
 mod documentation;
+mod own_effects;
 
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 
+use beam_model_description::{EFFECTS_FOLDER, MODEL_IDENTIFIER, StartValueError};
 use clap::Args;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -24,48 +27,94 @@ pub struct Arguments {
     /// File to write
     #[arg(short, long, value_name = "FILE", default_value = FILE_NAME)]
     output: PathBuf,
+    /// Effect of your own to be put in, a TOML file; may be repeated
+    #[arg(long = "effect", value_name = "FILE")]
+    effects: Vec<PathBuf>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    pack(&arguments.output)?;
+    pack_with(&arguments.output, &arguments.effects)?;
     println!("Packed {}", arguments.output.display());
     Ok(())
 }
 
 /// Writes the FMU with its built-in start values.
+///
+/// # Errors
+/// No library beside this program, or a file that can't be written.
 pub fn pack(path: &Path) -> Result<(), Error> {
-    write_fmu(path, beam_model_description::xml(), &[])
+    pack_with(path, &[])
 }
 
-/// Writes an FMU with this description and these further files (path inside the archive, content).
+/// Writes the FMU with the users' effects that these files describe.
 ///
-/// The same content gives the same bytes: fixed order, fixed time stamps. Before the file appears at `path` it is loaded
-/// and instantiated once, so that a library of another build is noticed here and not by the user's master.
-pub fn write_fmu(path: &Path, xml: &str, resources: &[(&str, &[u8])]) -> Result<(), Error> {
+/// # Errors
+/// As [`pack`]; an effect that can't be used.
+pub fn pack_with(path: &Path, effects: &[PathBuf]) -> Result<(), Error> {
+    let layout = own_effects::layout(effects)?;
     let library = find_library()?;
     let library = std::fs::read(&library).map_err(Error::read(&library))?;
-    let binary = format!(
-        "binaries/{PLATFORM}/{}{}",
-        beam_model_description::MODEL_IDENTIFIER,
-        std::env::consts::DLL_SUFFIX
-    );
+    let none: [(&str, f64); 0] = [];
+    let describe = || {
+        let (xml, guid) = layout.xml_with_starts(&none)?;
+        let starts = layout.start_values_toml(&none, &guid)?;
+        Ok((xml, starts))
+    };
+    let (xml, starts) = describe().map_err(|e: StartValueError| Error::StartValues {
+        problem: e.to_string(),
+    })?;
+    let mut files = vec![
+        (DESCRIPTION.to_owned(), xml.clone().into_bytes()),
+        (
+            format!(
+                "binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}",
+                std::env::consts::DLL_SUFFIX
+            ),
+            library,
+        ),
+        (DOCUMENTATION.to_owned(), document(path, &xml)?),
+        (
+            "documentation/licenses/license.txt".to_owned(),
+            include_bytes!("license.txt").to_vec(),
+        ),
+        (START_VALUES.to_owned(), starts.into_bytes()),
+    ];
+    for effect in layout.effects() {
+        let name = format!("resources/{EFFECTS_FOLDER}/{}.toml", effect.id);
+        files.push((name, effect.text.clone().into_bytes()));
+    }
+    write_fmu(path, &files)
+}
+
+/// Where the description lies in the archive.
+pub const DESCRIPTION: &str = "modelDescription.xml";
+/// Where the documentation lies in the archive.
+pub const DOCUMENTATION: &str = "documentation/index.html";
+/// Where an FMU of this project has its start values.
+pub const START_VALUES: &str = "resources/start_values.toml";
+
+/// The documentation for a description.
+///
+/// # Errors
+/// A description that can't be read.
+pub fn document(path: &Path, xml: &str) -> Result<Vec<u8>, Error> {
     let description = ModelDescription::parse(xml).map_err(|problem| Error::FmuDescription {
         path: path.to_owned(),
         problem,
     })?;
-    let index = documentation::index(&description);
-    let mut files: Vec<(&str, &[u8])> = vec![
-        ("modelDescription.xml", xml.as_bytes()),
-        (&binary, &library),
-        ("documentation/index.html", index.as_bytes()),
-        (
-            "documentation/licenses/license.txt",
-            include_bytes!("license.txt"),
-        ),
-    ];
-    files.extend(resources);
-    let bytes = archive(&files).map_err(|e| Error::Write {
+    Ok(documentation::index(&description).into_bytes())
+}
+
+/// Writes an FMU of these files (path inside the archive, content).
+///
+/// The same content gives the same bytes: fixed order, fixed time stamps. Before the file appears at `path` it is loaded
+/// and instantiated once, so that a library of another build is noticed here and not by the user's master.
+///
+/// # Errors
+/// An FMU that can't be instantiated, or a file that can't be written.
+pub fn write_fmu(path: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
+    let bytes = archive(files).map_err(|e| Error::Write {
         path: path.to_owned(),
         source: e.into(),
     })?;
@@ -74,7 +123,7 @@ pub fn write_fmu(path: &Path, xml: &str, resources: &[(&str, &[u8])]) -> Result<
 }
 
 /// FMI 2.0 wants plain zip: deflate, no zip64, forward slashes.
-fn archive(files: &[(&str, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
+fn archive(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
@@ -85,7 +134,7 @@ fn archive(files: &[(&str, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
         } else {
             0o644
         };
-        zip.start_file(*name, options.unix_permissions(permissions))?;
+        zip.start_file(name.as_str(), options.unix_permissions(permissions))?;
         zip.write_all(bytes)?;
     }
     Ok(zip.finish()?.into_inner())
