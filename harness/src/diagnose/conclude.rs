@@ -10,7 +10,7 @@ use super::outcome::{
 };
 use super::predictor::{Point, Predictor};
 use super::search::{self, Trial};
-use super::select::{PAIRS_LISTED, Selection};
+use super::select::Selection;
 use super::session::Session;
 use super::shot::Shot;
 use crate::error::Error;
@@ -366,7 +366,7 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
         .path
         .iter()
         .chain(&selection.singles)
-        .chain(selection.pairs.iter().take(PAIRS_LISTED))
+        .chain(selection.listed_pairs())
         .collect();
     all.sort_by(|a, b| {
         a.score(selection.samples)

@@ -143,7 +143,12 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
         start.own.clone_from(&trial.fit.point.own);
     }
     let own = Effort {
-        iterations: if care == Care::Brief { 3 } else { 6 },
+        iterations: match (care, local) {
+            (Care::Brief, false) => 3,
+            (Care::Thorough, false) => 6,
+            // Many values of its own, from nothing known.
+            (_, true) => 15,
+        },
         stride: STRIDE,
         share: 1.0,
         tolerance: 1e-3,

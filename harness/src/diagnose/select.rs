@@ -16,7 +16,7 @@ const PAIR_LEADERS: usize = 3;
 /// Candidates that are searched thoroughly when none comes down to the noise at first.
 const SEARCHED_AGAIN: usize = 8;
 /// Pairs that are listed, the best ones.
-pub const PAIRS_LISTED: usize = 5;
+const PAIRS_LISTED: usize = 5;
 
 /// Told what is being worked on.
 pub trait Watch: Sync {
@@ -46,6 +46,15 @@ pub struct Selection {
     pub samples: f64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
+}
+
+impl Selection {
+    /// Pairs that stand beside the single effects: the best ones, none where one effect is enough.
+    pub fn listed_pairs(&self) -> &[Contender] {
+        let one_is_enough = self.explained && self.path.len() < 2;
+        let count = if one_is_enough { 0 } else { PAIRS_LISTED };
+        &self.pairs[..self.pairs.len().min(count)]
+    }
 }
 
 /// Compares the catalogue on a campaign.

@@ -54,7 +54,7 @@ def main(folder=FOLDER):
         title="Limit cycles of the default model at four operating points",
         source="computed: generator/make_limit_cycles.py; model of Stelter 1992, eqs. 1-7; start and window as stated there",
         role="validation: motion after the transient, from an integration that shares no code with the project",
-        consumers=["reference-data/computed/generator/test_generator.py", "harness/tests/observer_figures.rs"],
+        consumers=["reference-data/computed/generator/test_generator.py", "harness/tests/observer_figures.rs", "tests/val_limit_cycles.rs"],
         channels=[
             ("time_s", "s", "from the stick start"),
             ("tip_displacement_m", "m", "positive along the belt's motion"),

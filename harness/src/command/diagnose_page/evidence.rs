@@ -42,7 +42,7 @@ fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
     let others = selection
         .singles
         .iter()
-        .chain(&selection.pairs)
+        .chain(selection.listed_pairs())
         .map(|c| (c, false));
     let mut all: Vec<Entry> = on_path
         .chain(others)
