@@ -20,4 +20,5 @@ pub mod search;
 pub mod select;
 pub mod session;
 pub mod shot;
+mod starts;
 pub mod unexplained;
