@@ -13,6 +13,7 @@ use super::search::{self, Trial};
 use super::select::Selection;
 use super::session::Session;
 use super::shot::Shot;
+use super::words::{remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
 
@@ -417,104 +418,4 @@ fn run_values(session: &Session, trial: &Trial, holdout: &Judgement) -> Vec<RunV
             }
         })
         .collect()
-}
-
-fn remarks(session: &Session, trial: &Trial, selection: &Selection) -> Vec<String> {
-    let mut out = Vec::new();
-    let runs = &session.campaign.runs;
-    if !session.held_out.iter().any(|h| *h) {
-        out.push(format!(
-            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail at another belt speed or load can't be told. Measure at least 3 operating points.",
-            runs.len()
-        ));
-    }
-    let first = (runs[0].belt_velocity, runs[0].normal_force);
-    if runs
-        .iter()
-        .all(|r| (r.belt_velocity, r.normal_force) == first)
-    {
-        out.push(format!(
-            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be told apart. Measure at a second speed and a second load.",
-            first.0, first.1
-        ));
-    }
-    for (run, smoothing) in runs.iter().zip(&session.smoothings) {
-        if smoothing.cycle.is_nan() {
-            out.push(format!(
-                "{}: no stick-slip cycles seen; this run says little about static friction.",
-                run.name
-            ));
-        }
-        if !run.faults.is_empty() {
-            let samples: usize = run.faults.iter().map(|f| f.samples).sum();
-            out.push(format!(
-                "{}: {samples} samples are clipped or held and were left out.",
-                run.name
-            ));
-        }
-    }
-    for (index, knob) in trial.hypothesis.shared.iter().enumerate() {
-        if knob.is_at_bound(trial.fit.point.shared[index]) {
-            out.push(format!(
-                "{} = {} {} lies on its bound: the value is not to be trusted.",
-                knob.name,
-                knob.value(trial.fit.point.shared[index]),
-                knob.unit
-            ));
-        }
-    }
-    if selection.stopped {
-        out.push("Stopped before the end: candidates not listed were not tried.".into());
-    }
-    out
-}
-
-fn words(session: &Session, verdict: Verdict, effects: &[FoundEffect], ladder: &[Rung]) -> String {
-    let last = ladder.last().expect("the ladder has its first rung");
-    let calibrated = &ladder[1.min(ladder.len() - 1)];
-    let percent = |v: f64| format!("{:.2} %", 100.0 * v);
-    match verdict {
-        Verdict::EffectFound => {
-            let names: Vec<String> = effects
-                .iter()
-                .map(|e| {
-                    let title = session
-                        .catalogue
-                        .iter()
-                        .find(|c| c.id == e.id)
-                        .map_or("", |c| c.title.as_str());
-                    let values: Vec<String> = e
-                        .parameters
-                        .iter()
-                        .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
-                        .collect();
-                    format!("{} ({title}; {})", e.id, values.join(", "))
-                })
-                .collect();
-            let ties: Vec<&str> = effects
-                .iter()
-                .flat_map(|e| e.confounded_with.iter().map(String::as_str))
-                .collect();
-            let sure = if ties.is_empty() {
-                "No other candidate comes near.".to_owned()
-            } else {
-                format!("These data can't tell it from: {}.", ties.join(", "))
-            };
-            format!(
-                "Missing: {}. The error on runs kept out of the fit falls from {} to {}; what remains is {:.2} times the sensor noise. {sure}",
-                names.join(" and "),
-                percent(calibrated.holdout_nrmse),
-                percent(last.holdout_nrmse),
-                last.holdout_over_noise
-            )
-        }
-        Verdict::NoMissingEffect => format!(
-            "Nothing is missing: the calibrated model explains the data down to {:.2} times the sensor noise, and no candidate improves it by more than chance.",
-            calibrated.holdout_over_noise
-        ),
-        Verdict::UnknownEffect => format!(
-            "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.",
-            calibrated.holdout_over_noise
-        ),
-    }
 }

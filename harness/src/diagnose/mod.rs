@@ -22,3 +22,4 @@ pub mod session;
 pub mod shot;
 mod starts;
 pub mod unexplained;
+mod words;
