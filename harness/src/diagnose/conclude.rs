@@ -1,14 +1,14 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
 use super::contender::{Contender, NULL_GAIN};
-use super::fit::{Data, Effort, Fit, Fitter};
+use super::fit::{Effort, Fit};
 use super::hypothesis::Hypothesis;
 use super::judge::{self, Care, Judgement};
 use super::knob::Scale;
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
-use super::predictor::{Point, Predictor};
+use super::predictor::Point;
 use super::search::{self, Trial};
 use super::select::Selection;
 use super::session::Session;
@@ -69,13 +69,6 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
 fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Trial, Error> {
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let h = session.hypothesis(&contender.choices)?;
-    let mut predictor =
-        Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-    let data = Data {
-        shots: &shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
     let mut start = Point::centre(&h, &shots);
     start.shared.clone_from(&contender.trial.fit.point.shared);
     start.own.clone_from(&contender.trial.fit.point.own);
@@ -95,15 +88,7 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
     } else {
         search::effort(REFIT_OF_WRONG)
     };
-    let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
-    let found = fitter.settle(start);
-    let fit = fitter.run(found.point);
-    let simulations = predictor.count;
-    Ok(Trial {
-        hypothesis: h,
-        fit,
-        simulations,
-    })
+    search::settled(session, h, &shots, start, effort)
 }
 
 /// The diagnosis.

@@ -5,7 +5,7 @@
 //! states are estimated on the shot itself. Where no run can be kept out, the same is done with every
 //! second shot of the runs there are.
 
-use super::fit::{Data, Effort, Fit, Fitter};
+use super::fit::{Effort, Fit, Fitter};
 use super::knob::Scale;
 use super::predictor::{Point, Predictor};
 use super::search::{STRIDE, Trial};
@@ -128,8 +128,7 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
         (learn, test) = (some(learn), some(test));
     }
     let h = &trial.hypothesis;
-    let mut predictor =
-        Predictor::new(session.fmu, &session.references, &session.campaign.runs, h)?;
+    let mut predictor = session.predictor(h)?;
     // What varies with the place on the belt can be learned only where the run passes: there every shot
     // teaches, and what is judged are the samples in between those used (every second).
     let local = h.own.iter().flatten().any(|k| k.support.is_some());
@@ -163,11 +162,7 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
     let mut start = Point::centre(h, &shots);
     start.shared = learned.point.shared;
     start.own = learned.point.own;
-    let data = Data {
-        shots: &shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
+    let data = session.data(&shots);
     let judged = Effort {
         stride: if local { 1 } else { STRIDE },
         ..own
@@ -205,11 +200,7 @@ fn learn_own<'a>(
     effort: Effort,
     care: Care,
 ) -> Fit {
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
+    let data = session.data(shots);
     let phases: Vec<(usize, usize)> = h
         .own
         .iter()

@@ -1,9 +1,9 @@
 //! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
 
 use super::contender::{Contender, name};
-use super::fit::{Data, Effort, Fitter};
+use super::fit::Effort;
 use super::hypothesis::Choice;
-use super::predictor::{Point, Predictor};
+use super::predictor::Point;
 use super::search::{self, Depth, Trial, baseline, search};
 use super::select::Watch;
 use super::session::{Session, parallel};
@@ -46,14 +46,6 @@ impl<'a> Screen<'a> {
             indices,
             shots,
             samples,
-        }
-    }
-
-    fn data(&self) -> Data<'_> {
-        Data {
-            shots: &self.shots,
-            noise: &self.session.noise,
-            weight: 1.0,
         }
     }
 
@@ -199,23 +191,11 @@ impl<'a> Screen<'a> {
     }
 
     fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
-        let session = self.session;
-        let h = session.hypothesis(choices)?;
-        let mut predictor =
-            Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
-        let data = self.data();
         let effort = Effort {
             patience: 2,
             ..search::effort(iterations)
         };
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, effort);
-        let settled = fitter.settle(start);
-        let fit = fitter.run(settled.point);
-        let simulations = predictor.count;
-        Ok(Trial {
-            hypothesis: h,
-            fit,
-            simulations,
-        })
+        let h = self.session.hypothesis(choices)?;
+        search::settled(self.session, h, &self.shots, start, effort)
     }
 }

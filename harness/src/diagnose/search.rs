@@ -1,9 +1,9 @@
 //! The fit of one hypothesis from several starts, so that a poor local minimum is not taken for a verdict.
 
 use super::candidate::Role;
-use super::fit::{Data, Effort, Fit, Fitter};
+use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::{Choice, Hypothesis};
-use super::predictor::{Point, Predictor};
+use super::predictor::Point;
 use super::session::Session;
 use super::shot::Shot;
 use super::starts::starts;
@@ -86,19 +86,34 @@ pub fn from_nested(
     base: &Trial,
 ) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(choices)?;
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
-    let mut predictor = Predictor::new(
-        session.fmu,
-        &session.references,
-        &session.campaign.runs,
-        &hypothesis,
-    )?;
+    let data = session.data(shots);
+    let mut predictor = session.predictor(&hypothesis)?;
     let off = switched_off(session, &hypothesis, base, shots);
     let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(BRIEF.look)).run(off);
+    let simulations = predictor.count;
+    Ok(Trial {
+        hypothesis,
+        fit,
+        simulations,
+    })
+}
+
+/// Fits a hypothesis from `start`: its start states first, then all.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn settled(
+    session: &Session,
+    hypothesis: Hypothesis,
+    shots: &[Shot],
+    start: Point,
+    effort: Effort,
+) -> Result<Trial, Error> {
+    let data = session.data(shots);
+    let mut predictor = session.predictor(&hypothesis)?;
+    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, effort);
+    let settled = fitter.settle(start);
+    let fit = fitter.run(settled.point);
     let simulations = predictor.count;
     Ok(Trial {
         hypothesis,
@@ -173,17 +188,8 @@ pub fn search(
 ) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(choices)?;
     let new = choices.last().expect("a search adds an effect").effect;
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
-    let mut predictor = Predictor::new(
-        session.fmu,
-        &session.references,
-        &session.campaign.runs,
-        &hypothesis,
-    )?;
+    let data = session.data(shots);
+    let mut predictor = session.predictor(&hypothesis)?;
     let starts = starts(
         session,
         &hypothesis,
@@ -246,17 +252,8 @@ pub fn search(
 /// An FMU that can't be instantiated.
 pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(&[])?;
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
-    let mut predictor = Predictor::new(
-        session.fmu,
-        &session.references,
-        &session.campaign.runs,
-        &hypothesis,
-    )?;
+    let data = session.data(shots);
+    let mut predictor = session.predictor(&hypothesis)?;
     let start = Point::centre(&hypothesis, shots);
     let look = Effort {
         share: LOOK_SHARE,

@@ -1,10 +1,10 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
 use super::contender::{Contender, NULL_GAIN};
-use super::fit::{Data, Fitter};
+use super::fit::Fitter;
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
-use super::predictor::{Point, Predictor};
+use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, BRIEF, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
@@ -246,24 +246,15 @@ impl Watch for Silent<'_> {
 /// The reference model with its nominal values.
 fn as_given(session: &Session, screen: &Screen) -> Result<(Judgement, Judgement), Error> {
     let h = session.hypothesis(&[])?;
-    let mut predictor =
-        Predictor::new(session.fmu, &session.references, &session.campaign.runs, &h)?;
+    let mut predictor = session.predictor(&h)?;
     let effort = search::effort(5);
     let shots = &screen.shots;
-    let data = Data {
-        shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
+    let data = session.data(shots);
     let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, shots));
     let on_fit = judge::of_fit(session, &screen.indices, &fit);
     let (_, test) = judge::held_out_shots(session);
     let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
-    let data = Data {
-        shots: &test_shots,
-        noise: &session.noise,
-        weight: 1.0,
-    };
+    let data = session.data(&test_shots);
     let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, &test_shots));
     Ok((on_fit, judge::of_fit(session, &test, &fit)))
 }

@@ -1,7 +1,9 @@
 //! What every stage of a diagnosis shares: the FMU, the campaign, its shots, and what is held out.
 
 use super::candidate::{Candidate, candidates};
+use super::fit::Data;
 use super::hypothesis::{Choice, Hypothesis, References, structure};
+use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -121,6 +123,23 @@ impl<'a> Session<'a> {
             &self.travel,
             self.mean_spread(),
         )
+    }
+
+    /// Shots with the noise of their runs, to be fitted.
+    pub fn data<'b>(&'b self, shots: &'b [Shot]) -> Data<'b> {
+        Data {
+            shots,
+            noise: &self.noise,
+            weight: 1.0,
+        }
+    }
+
+    /// A predictor of this campaign's runs.
+    ///
+    /// # Errors
+    /// An FMU that can't be instantiated.
+    pub fn predictor<'b>(&'b self, hypothesis: &'b Hypothesis) -> Result<Predictor<'b>, Error> {
+        Predictor::new(self.fmu, &self.references, &self.campaign.runs, hypothesis)
     }
 
     /// Shots of the runs that are fitted; with `every` > 1, groups of neighbours taken evenly,

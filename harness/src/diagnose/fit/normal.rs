@@ -43,20 +43,15 @@ impl Normal {
             own_first.push(size);
             size += run.len();
         }
-        let mut normal = Self {
-            matrix: DMatrix::zeros(size, size),
-            gradient: DVector::zeros(size),
-            blocks: Vec::new(),
-            shared,
-            own_first,
-            moves: f.effort.knobs,
-        };
+        let mut matrix = DMatrix::zeros(size, size);
+        let mut gradient = DVector::zeros(size);
+        let mut blocks = Vec::new();
         for (k, l) in linear.iter().enumerate() {
             let shot = &f.data.shots[k];
             let n = f.count(k);
             let noise = f.data.noise[shot.run];
             let Some(l) = l else {
-                normal.blocks.push(None);
+                blocks.push(None);
                 continue;
             };
             let weight = f.data.weight / (noise * noise + sums[k] / n);
@@ -65,14 +60,14 @@ impl Normal {
             let mut xx = weight * l.states.tr_mul(&l.states);
             let mut gx = weight * l.states.tr_mul(&r);
             f.add_state_prior(&list, &point.states[k], 1.0, &mut xx, &mut gx);
-            let first = normal.own_first[shot.run];
+            let first = own_first[shot.run];
             let columns: Vec<usize> = (0..shared)
                 .chain(first..first + h.own[shot.run].len())
                 .collect();
             let xk = weight * l.states.tr_mul(&l.knobs);
             let kk = weight * l.knobs.tr_mul(&l.knobs);
             let gk = weight * l.knobs.tr_mul(&r);
-            normal.blocks.push(Some(Block {
+            blocks.push(Some(Block {
                 xx,
                 xk,
                 gx,
@@ -85,31 +80,28 @@ impl Normal {
         let mut prior = |c: usize, knob: &Knob, u: f64| {
             if knob.prior_std > 0.0 {
                 let precision = knob.prior_std.powi(-2);
-                normal.matrix[(c, c)] += precision;
-                normal.gradient[c] -= precision * (u - knob.position(knob.prior));
+                matrix[(c, c)] += precision;
+                gradient[c] -= precision * (u - knob.position(knob.prior));
             } else {
-                normal.matrix[(c, c)] += 1.0;
+                matrix[(c, c)] += 1.0;
             }
         };
         for (c, knob) in h.shared.iter().enumerate() {
             prior(c, knob, point.shared[c]);
         }
-        let firsts = normal.own_first.clone();
-        let mut prior = |c: usize, knob: &Knob, u: f64| {
-            if knob.prior_std > 0.0 {
-                let precision = knob.prior_std.powi(-2);
-                normal.matrix[(c, c)] += precision;
-                normal.gradient[c] -= precision * (u - knob.position(knob.prior));
-            } else {
-                normal.matrix[(c, c)] += 1.0;
-            }
-        };
         for (run, knobs) in h.own.iter().enumerate() {
             for (i, knob) in knobs.iter().enumerate() {
-                prior(firsts[run] + i, knob, point.own[run][i]);
+                prior(own_first[run] + i, knob, point.own[run][i]);
             }
         }
-        normal
+        Self {
+            matrix,
+            gradient,
+            blocks,
+            shared,
+            own_first,
+            moves: f.effort.knobs,
+        }
     }
 
     /// The reduced system of the knobs at a damping: `H + damping diag(H)`.
