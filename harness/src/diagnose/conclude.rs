@@ -83,6 +83,7 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
         Effort {
             tolerance: REFIT_TOLERANCE,
             patience: 2,
+            stride: 1,
             ..search::effort(REFIT)
         }
     } else {

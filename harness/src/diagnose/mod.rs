@@ -10,6 +10,7 @@ pub mod judge;
 pub mod knob;
 pub mod next_measurement;
 pub mod outcome;
+mod pairs;
 pub mod predictor;
 pub mod propose;
 pub mod replay;

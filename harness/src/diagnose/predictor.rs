@@ -75,6 +75,12 @@ impl Point {
             stuck: self.stuck[k],
         }
     }
+
+    /// Sets the start of shot `k`.
+    pub fn put(&mut self, k: usize, start: ShotStart) {
+        self.states[k] = start.state;
+        self.stuck[k] = start.stuck;
+    }
 }
 
 /// Runs shots through the FMU. Belongs to one thread.

@@ -16,7 +16,7 @@ const SCREEN_EVERY: usize = 3;
 /// A contender whose median error over the noise is below this is worth fitting further.
 const PROMISING: f64 = 4.0;
 /// Contenders that are fitted further.
-const POLISHED: usize = 2;
+const POLISHED: usize = 4;
 /// Jacobians for that.
 const POLISH: usize = 10;
 /// Candidates from whose optimum the reference model is fitted again.
@@ -104,17 +104,29 @@ impl<'a> Screen<'a> {
         self.sort(contenders);
     }
 
-    /// Fits the best contenders further as long as they are near the noise but not down to it.
+    /// Whether a contender is near enough to the noise to be worth fitting further.
+    pub fn is_promising(&self, contender: &Contender) -> bool {
+        contender.fit.quantile(0.5) < PROMISING
+    }
+
+    /// Fits contenders further that are near the noise but not down to it: the best ones, and where the best is down
+    /// to it already, only those that need fewer parameters than it does.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub fn polish(&self, contenders: &mut [Contender], watch: &dyn Watch) -> Result<(), Error> {
-        let wanted: Vec<usize> = (0..contenders.len().min(POLISHED))
+        let enough = match contenders.first() {
+            Some(best) if best.reaches_floor() => best.size(),
+            _ => usize::MAX,
+        };
+        let wanted: Vec<usize> = (0..contenders.len())
             .filter(|&i| {
-                contenders[i].fit.quantile(0.5) < PROMISING && !contenders[i].reaches_floor()
+                let c = &contenders[i];
+                self.is_promising(c) && !c.reaches_floor() && c.size() < enough
             })
+            .take(POLISHED)
             .collect();
-        if wanted.is_empty() || contenders[0].reaches_floor() || watch.stop() {
+        if wanted.is_empty() || watch.stop() {
             return Ok(());
         }
         watch.step("fitting the best candidates further", 0, 1);

@@ -19,6 +19,10 @@ pub(super) const LOOK_SHARE: f64 = 0.4;
 const CLIMB: usize = 10;
 /// Starts that are followed to the end.
 const FOLLOWED: usize = 2;
+/// Jacobians after which a start must not be hopeless: ...
+const FOOTHILL: usize = 2;
+/// ... above this many times the objective without the effect.
+const HOPELESS: f64 = 2.0;
 /// A fit whose median error is below this many times the noise is about to arrive.
 const FOUND: f64 = 1.5;
 
@@ -131,8 +135,20 @@ pub struct Depth {
     pub followed: usize,
     /// Jacobians for these.
     pub climb: usize,
-    /// Whether periodic effects also start from the nominal nuisances, not only from the calibrated ones.
-    pub fresh: bool,
+    /// From which nuisances starts are taken.
+    pub nuisances: Nuisances,
+}
+
+/// Nuisances with which a search starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nuisances {
+    /// The calibrated ones only, with the effect barely on.
+    Calibrated,
+    /// The calibrated ones, and the nominal ones with the effect at practical strength; for periodic effects only the
+    /// calibrated ones.
+    Some,
+    /// Both, for every effect.
+    All,
 }
 
 /// Every start is looked at, the best two are followed to the end.
@@ -140,14 +156,19 @@ pub const THOROUGH: Depth = Depth {
     look: LOOK,
     followed: FOLLOWED,
     climb: CLIMB,
-    fresh: true,
+    nuisances: Nuisances::All,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
 pub const BRIEF: Depth = Depth {
     look: 2,
     followed: 1,
     climb: 5,
-    fresh: false,
+    nuisances: Nuisances::Some,
+};
+/// For a second effect that may hide behind one that explains the data: near what is known.
+pub const HIDDEN: Depth = Depth {
+    nuisances: Nuisances::Calibrated,
+    ..BRIEF
 };
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
@@ -226,8 +247,12 @@ pub fn search(
     if !found {
         looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
         for look in looks.into_iter().take(depth.followed) {
-            let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb))
-                .run(look.point);
+            let mut fit =
+                Fitter::new(&mut predictor, &hypothesis, &data, effort(FOOTHILL)).run(look.point);
+            if fit.trimmed < HOPELESS * base.fit.trimmed {
+                let rest = effort(depth.climb - FOOTHILL);
+                fit = Fitter::new(&mut predictor, &hypothesis, &data, rest).run(fit.point);
+            }
             keep_better(&mut best, fit);
         }
     }

@@ -4,6 +4,7 @@ use super::contender::{Contender, NULL_GAIN};
 use super::fit::Fitter;
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
+use super::pairs;
 use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, BRIEF, THOROUGH, Trial, variants};
@@ -14,7 +15,7 @@ use crate::error::Error;
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 3;
 /// Candidates that are searched thoroughly when none comes down to the noise at first.
-const SEARCHED_AGAIN: usize = 8;
+const SEARCHED_AGAIN: usize = 4;
 /// Pairs that are listed, the best ones.
 const PAIRS_LISTED: usize = 5;
 
@@ -92,7 +93,6 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         calibrated = screen.recalibrate(calibrated, &singles)?;
         screen.polish(&mut singles, watch)?;
     }
-    let mut pairs: Vec<Contender> = Vec::new();
     let claimed = singles
         .first()
         .is_some_and(|s| s.score(screen.samples) < calibrated.score(screen.samples) - NULL_GAIN);
@@ -102,37 +102,20 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         (true, false) => 0,
         (false, _) => PAIR_LEADERS,
     };
-    for place in 0..leaders.min(singles.len()) {
-        let leader = &singles[place];
-        let first = &leader.choices[0];
-        let jobs: Vec<Vec<Choice>> = list
-            .iter()
-            .filter(|c| c.effect != first.effect)
-            .map(|c| vec![first.clone(), c.clone()])
-            .filter(|j| {
-                !pairs
-                    .iter()
-                    .any(|p| p.choices[0] == j[1] && p.choices[1] == j[0])
-            })
-            .collect();
-        let with_leader = screen.compete(&jobs, leader, BRIEF, watch)?;
-        if leader.reaches_floor() {
-            let leader = singles.remove(place);
-            let leader = screen.recalibrate(leader, &with_leader)?;
-            singles.insert(place, leader);
-        }
-        pairs.extend(with_leader);
-        screen.sort(&mut pairs);
-        screen.polish(&mut pairs, watch)?;
-        if watch.stop() || pairs.first().is_some_and(Contender::reaches_floor) {
-            break;
-        }
-    }
+    let mut pairs = pairs::with_leaders(
+        session,
+        &screen,
+        &list,
+        &calibrated,
+        &mut singles,
+        leaders,
+        watch,
+    )?;
     screen.nest(&mut singles, &calibrated)?;
     let stopped = watch.stop();
     if !stopped {
         watch.step("judging the candidates on the runs kept out", 0, 1);
-        judge_candidates(session, &mut singles, &mut pairs)?;
+        judge_candidates(session, &calibrated, &mut singles, &mut pairs)?;
     }
     let samples = screen.samples;
     let mut path = Vec::new();
@@ -174,14 +157,20 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     })
 }
 
-/// Judges every candidate that will be listed on the runs kept out, briefly.
+/// Judges every candidate that will be listed on the runs kept out, briefly; not those that fit worse than the
+/// reference model.
 fn judge_candidates(
     session: &Session,
+    calibrated: &Contender,
     singles: &mut [Contender],
     pairs: &mut [Contender],
 ) -> Result<(), Error> {
     let listed = pairs.len().min(PAIRS_LISTED);
-    let mut all: Vec<&mut Contender> = singles.iter_mut().chain(&mut pairs[..listed]).collect();
+    let mut all: Vec<&mut Contender> = singles
+        .iter_mut()
+        .chain(&mut pairs[..listed])
+        .filter(|c| c.fit.trimmed <= calibrated.fit.trimmed)
+        .collect();
     let trials: Vec<&Trial> = all.iter().map(|c| &c.trial).collect();
     let judgements = parallel(&trials, |trial| {
         judge::held_out(session, trial, Care::Brief)

@@ -7,7 +7,7 @@ use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{Campaign, Role};
+use crate::measurement::{Campaign, Role, of_one_sensor};
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
@@ -82,14 +82,15 @@ impl<'a> Session<'a> {
                 }
             })
             .collect();
+        let estimates: Vec<f64> = campaign
+            .runs
+            .iter()
+            .map(|r| r.noise.std.max(1e-12))
+            .collect();
         Ok(Self {
             catalogue: candidates(fmu)?,
             references,
-            noise: campaign
-                .runs
-                .iter()
-                .map(|r| r.noise.std.max(1e-12))
-                .collect(),
+            noise: of_one_sensor(&estimates),
             spread: campaign
                 .runs
                 .iter()
@@ -130,7 +131,6 @@ impl<'a> Session<'a> {
         Data {
             shots,
             noise: &self.noise,
-            weight: 1.0,
         }
     }
 

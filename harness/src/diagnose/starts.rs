@@ -6,7 +6,7 @@ use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Hypothesis;
 use super::predictor::{Point, Predictor};
 use super::scan;
-use super::search::{Depth, LOOK_SHARE, STRIDE, Trial, effort, widen};
+use super::search::{Depth, LOOK_SHARE, Nuisances, STRIDE, Trial, effort, widen};
 use super::session::Session;
 use super::shot::Shot;
 use super::unexplained;
@@ -59,18 +59,24 @@ pub(super) fn starts<'a>(
         p
     };
     if effect.find_role(Role::Phase).is_some() {
-        let origins = if depth.fresh {
+        let origins = if depth.nuisances == Nuisances::All {
             vec![&fresh, &from_base]
         } else {
             vec![&from_base]
         };
         return periodic_starts(session, h, effect, data, predictor, &from_base, &origins);
     }
+    let near = depth.nuisances == Nuisances::Calibrated;
     let amplitude = effect.find_role(Role::Amplitude);
     if let Some(f) = effect.resonance() {
         let name = index(&effect.parameters[f].name);
         return name.map_or(vec![from_base.clone()], |i| {
-            resonance_starts(h, i, data, predictor, &from_base, &fresh)
+            let origins: &[&Point] = if near {
+                &[&from_base]
+            } else {
+                &[&fresh, &from_base]
+            };
+            resonance_starts(h, i, data, predictor, &from_base, origins)
         });
     }
     let shapes: Vec<usize> = (0..effect.parameters.len())
@@ -97,7 +103,9 @@ pub(super) fn starts<'a>(
                     continue;
                 };
                 values.push((i, strength));
-                out.push(with(&fresh, &values));
+                if !near {
+                    out.push(with(&fresh, &values));
+                }
                 // From the calibrated model, with the effect barely on.
                 if sign == 0 {
                     values.pop();
@@ -105,7 +113,7 @@ pub(super) fn starts<'a>(
                     out.push(with(&from_base, &values));
                 }
             } else {
-                out.push(with(&fresh, &values));
+                out.push(with(if near { &from_base } else { &fresh }, &values));
             }
         }
     }
@@ -146,14 +154,13 @@ fn resonance_starts<'a>(
     data: &Data,
     predictor: &mut Predictor<'a>,
     from_base: &Point,
-    fresh: &Point,
+    origins: &[&Point],
 ) -> Vec<Point> {
     let chosen: Vec<usize> = (0..data.shots.len()).step_by(RESONANCE_SHOTS).collect();
     let shots: Vec<Shot> = chosen.iter().map(|&k| data.shots[k].clone()).collect();
     let some = Data {
         shots: &shots,
         noise: data.noise,
-        weight: data.weight,
     };
     let typical = h.shared[knob].prior;
     let mut tried: Vec<(f64, f64)> = Vec::new();
@@ -181,7 +188,7 @@ fn resonance_starts<'a>(
     tried
         .iter()
         .take(RESONANCES)
-        .flat_map(|&(_, position)| [(fresh, position), (from_base, position)])
+        .flat_map(|&(_, position)| origins.iter().map(move |origin| (*origin, position)))
         .map(|(origin, position)| {
             let mut point = origin.clone();
             point.shared[knob] = position;

@@ -22,7 +22,7 @@ mod sampling;
 use std::path::{Path, PathBuf};
 
 pub use faults::{Fault, FaultKind};
-pub use noise::Noise;
+pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
 
 use crate::error::Error;

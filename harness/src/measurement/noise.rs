@@ -61,6 +61,32 @@ impl Noise {
     }
 }
 
+/// Estimates of one sensor's noise within this factor of the smallest agree.
+const AGREE: f64 = 1.06;
+/// A run whose estimate is more than this many times the smallest was measured otherwise.
+const OTHER_SENSOR: f64 = 2.0;
+
+/// The sensor's noise in each of a campaign's runs, m, from the estimates of the runs.
+///
+/// A run at small, fast cycles has a transition every few samples, of which every order of difference keeps
+/// something: its noise is overestimated, by up to three quarters. So runs are taken to be measured by one
+/// sensor, whose noise is the root mean square of the estimates that agree with the smallest; only a run whose
+/// estimate is more than twice that keeps its own. Does not hold for a sensor whose noise differs between runs by less
+/// than that.
+pub fn of_one_sensor(estimates: &[f64]) -> Vec<f64> {
+    let least = estimates.iter().copied().fold(f64::INFINITY, f64::min);
+    let agreeing: Vec<f64> = estimates
+        .iter()
+        .copied()
+        .filter(|e| *e <= AGREE * least)
+        .collect();
+    let sensor = (agreeing.iter().map(|e| e * e).sum::<f64>() / agreeing.len() as f64).sqrt();
+    estimates
+        .iter()
+        .map(|&e| if e > OTHER_SENSOR * least { e } else { sensor })
+        .collect()
+}
+
 /// Standard deviation about zero, outliers left out; `None` with fewer than eight values.
 fn clipped_std(mut values: Vec<f64>) -> Option<f64> {
     if values.len() < 8 {
@@ -126,6 +152,15 @@ mod tests {
                 (t, 1e-3 * (saw + ripple) + std * normal)
             })
             .unzip()
+    }
+
+    #[test]
+    fn the_runs_of_one_sensor_share_its_noise() {
+        let found = of_one_sensor(&[1.02, 1.6, 0.98, 1.0, 2.5]);
+        for shared in &found[..4] {
+            assert!((shared - 1.0).abs() < 1e-3, "{shared}");
+        }
+        assert_eq!(found[4], 2.5);
     }
 
     #[test]

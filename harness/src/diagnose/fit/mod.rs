@@ -1,11 +1,13 @@
 //! Calibration: multiple shooting with a loss that forgives the few shots that graze a transition.
 //!
-//! Objective: `Q = sum_shots n/2 ln(1 + S/(n s^2)) + sum_knobs ((u - u_prior)/s_prior)^2 / 2`, with S the
-//! sum of squares of a shot's n residuals and s the sensor noise: each shot has an error variance of its
-//! own, at least the noise's (Student-t on shots). Minimised by Levenberg-Marquardt on the equivalent
+//! Objective: `Q = sum_shots n/2 r(S/(n s^2)) + sum_knobs ((u - u_prior)/s_prior)^2 / 2`, with S the
+//! sum of squares of a shot's n residuals and s the sensor noise; `r(x) = x` up to c = [`SURE`] and
+//! `c (1 + ln(x/c))` beyond: Gaussian while a shot's error may be the noise's, and with a variance of its
+//! own where it is more (Huber's idea with a logarithm). Minimised by Levenberg-Marquardt on the equivalent
 //! weighted least squares; the start states of each shot are eliminated (Schur complement), so that the
-//! cost grows linearly with the number of shots. A step is accepted by Q without the fifth of the shots
-//! that fit worst: one shot that comes to graze a transition would else bar the way for all others.
+//! cost grows linearly with the number of shots. The fifth of the shots that fit worst has no say in the
+//! knobs nor in whether a step is accepted: one shot that comes to graze a transition would else bar the
+//! way for all others.
 
 mod jacobian;
 mod normal;
@@ -21,15 +23,17 @@ use nalgebra::{DMatrix, DVector};
 
 /// Steps taken on one Jacobian after the first, with Broyden's update in between: each costs one
 /// prediction a shot where a Jacobian costs one a knob.
-const QUASI_STEPS: usize = 2;
+const QUASI_STEPS: usize = 4;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
 /// Damping of the first step, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Iterations before which shots in a wrong basin get other starts.
 const REVIVALS: [usize; 3] = [1, 3, 5];
+/// Mean square error of a shot in units of the noise's up to which the noise alone may have made it.
+const SURE: f64 = 1.5;
 /// Share of the shots, those that fit worst, that fits are compared without.
-const TRIMMED: f64 = 0.2;
+pub(super) const TRIMMED: f64 = 0.2;
 
 /// How a fit is done.
 #[derive(Debug, Clone, Copy)]
@@ -74,8 +78,6 @@ pub struct Data<'a> {
     pub shots: &'a [Shot],
     /// Sensor noise of each run in m.
     pub noise: &'a [f64],
-    /// How independent the samples are: residuals of neighbouring samples count together.
-    pub weight: f64,
 }
 
 impl Data<'_> {
@@ -131,6 +133,8 @@ pub struct Fitter<'a, 'b> {
     /// Steps of the difference quotients for each shot, adapted to the response that each has there.
     steps: Vec<Steps>,
     buffer: Vec<f64>,
+    /// Objective at which each shot was last looked for in vain.
+    lost_at: Vec<f64>,
     /// Side to which differences are taken, 1 or -1.
     side: f64,
 }
@@ -163,6 +167,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             data,
             effort,
             buffer: Vec::new(),
+            lost_at: vec![f64::INFINITY; data.shots.len()],
             side: 1.0,
         }
     }
@@ -211,7 +216,18 @@ impl<'a, 'b> Fitter<'a, 'b> {
     fn loss(&self, k: usize, sum: f64) -> f64 {
         let n = self.count(k);
         let noise = self.data.noise[self.data.shots[k].run];
-        0.5 * n * self.data.weight * (1.0 + sum / (n * noise * noise)).ln()
+        let limit = SURE * noise * noise;
+        if sum <= n * limit {
+            0.5 * sum / (noise * noise)
+        } else {
+            0.5 * n * SURE * (1.0 + (sum / (n * limit)).ln())
+        }
+    }
+
+    /// Weight of a shot's squares in the equivalent least squares: twice the derivative of its loss.
+    fn weight(&self, k: usize, sum: f64) -> f64 {
+        let noise = self.data.noise[self.data.shots[k].run];
+        SURE / (SURE * noise * noise).max(sum / self.count(k))
     }
 
     fn prior_loss(&self, point: &Point) -> f64 {
@@ -383,15 +399,24 @@ impl<'a, 'b> Fitter<'a, 'b> {
         next
     }
 
+    /// Which shots count: all but those that fit worst.
+    fn kept(&self, sums: &[f64]) -> Vec<bool> {
+        let losses: Vec<f64> = (0..sums.len()).map(|k| self.loss(k, sums[k])).collect();
+        let mut order: Vec<usize> = (0..sums.len()).collect();
+        order.sort_by(|&a, &b| losses[a].total_cmp(&losses[b]));
+        let mut kept = vec![false; sums.len()];
+        for &k in &order[..(sums.len() as f64 * (1.0 - TRIMMED)).ceil() as usize] {
+            kept[k] = true;
+        }
+        kept
+    }
+
     fn trimmed(&self, point: &Point, sums: &[f64]) -> f64 {
-        let mut losses: Vec<f64> = sums
-            .iter()
-            .enumerate()
-            .map(|(k, s)| self.loss(k, *s))
-            .collect();
-        losses.sort_by(f64::total_cmp);
-        losses.truncate((losses.len() as f64 * (1.0 - TRIMMED)).ceil() as usize);
-        self.prior_loss(point) + losses.iter().sum::<f64>()
+        let kept = self.kept(sums);
+        let losses = (0..sums.len())
+            .filter(|&k| kept[k])
+            .map(|k| self.loss(k, sums[k]));
+        self.prior_loss(point) + losses.sum::<f64>()
     }
 
     fn total(&self, point: &Point, sums: &[f64]) -> f64 {

@@ -26,6 +26,8 @@ struct Block {
     columns: Vec<usize>,
     kk: DMatrix<f64>,
     gk: DVector<f64>,
+    /// Whether the shot has a say in the knobs.
+    kept: bool,
 }
 
 /// Matrix and gradient of the knobs, and the inverse of each shot's block of start states.
@@ -46,15 +48,14 @@ impl Normal {
         let mut matrix = DMatrix::zeros(size, size);
         let mut gradient = DVector::zeros(size);
         let mut blocks = Vec::new();
+        let kept = f.kept(sums);
         for (k, l) in linear.iter().enumerate() {
             let shot = &f.data.shots[k];
-            let n = f.count(k);
-            let noise = f.data.noise[shot.run];
             let Some(l) = l else {
                 blocks.push(None);
                 continue;
             };
-            let weight = f.data.weight / (noise * noise + sums[k] / n);
+            let weight = f.weight(k, sums[k]);
             let r = DVector::from_column_slice(&l.residual);
             let list = directions(h, point.stuck[k]);
             let mut xx = weight * l.states.tr_mul(&l.states);
@@ -75,6 +76,7 @@ impl Normal {
                 columns,
                 kk,
                 gk,
+                kept: kept[k],
             }));
         }
         let mut prior = |c: usize, knob: &Knob, u: f64| {
@@ -118,7 +120,7 @@ impl Normal {
                 continue;
             };
             let inverse = scaled_inverse(&b.xx, damping)?;
-            if self.moves {
+            if self.moves && b.kept {
                 let t = &inverse * &b.xk;
                 let schur = &b.kk - b.xk.tr_mul(&t);
                 let reduced = &b.gk - t.tr_mul(&b.gx);

@@ -8,6 +8,11 @@ use nalgebra::DVector;
 /// Shares of a shot over which its start is fitted one after another, and iterations for each.
 const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (1.0, 6)];
 
+/// How many of these shares are a shot's beginning.
+const BEGINNING: usize = 2;
+/// Share to which the objective must have fallen before a shot that was not found is looked for again.
+const FOUND_ANEW: f64 = 0.7;
+
 /// A shot whose mean square error is above this many times that of the better ones is in a wrong basin.
 const WRONG: f64 = 4.0;
 
@@ -39,11 +44,11 @@ impl Fitter<'_, '_> {
         unreachable!("the last share is the whole")
     }
 
-    /// Fits the start state of one shot alone over a growing share of it, from the start it has in `point`.
-    fn fit_start(&mut self, k: usize, point: &mut Point) -> f64 {
+    /// Fits the start state of one shot alone over growing shares of it, from the start it has in `point`.
+    fn fit_start(&mut self, k: usize, point: &mut Point, growing: &[(f64, usize)]) -> f64 {
         let share = self.effort.share;
         let mut sum = f64::INFINITY;
-        for (part, iterations) in GROWING {
+        for &(part, iterations) in growing {
             self.effort.share = share * part;
             sum = self.fit_start_over(k, point, iterations);
         }
@@ -96,10 +101,55 @@ impl Fitter<'_, '_> {
         sum
     }
 
+    /// The best of other starts for shot `k`: the end of the shot before, followed to the end of the shot at once, or
+    /// else the smoothed state in either mode of the contact, the better over the beginning followed to the end.
+    fn find_start(
+        &mut self,
+        k: usize,
+        point: &mut Point,
+        sums: &[f64],
+        good: impl Fn(&Self, usize, f64) -> bool,
+    ) -> (f64, ShotStart) {
+        let shot = &self.data.shots[k];
+        let mut best = (f64::INFINITY, point.start(k));
+        if k > 0 && self.data.shots[k - 1].run == shot.run && good(self, k - 1, sums[k - 1]) {
+            let _ = self.sum(k - 1, point);
+            if let Ok(start) = self
+                .predictor
+                .carry_on(shot, &point.shared, &point.own[shot.run])
+            {
+                point.put(k, start);
+                let sum = self.fit_start(k, point, &GROWING);
+                best = (sum, point.start(k));
+                if good(self, k, sum) {
+                    return best;
+                }
+            }
+        }
+        let mut smoothed = shot.state.clone();
+        smoothed.resize(point.states[k].len(), 0.0);
+        let (beginning, rest) = GROWING.split_at(BEGINNING);
+        let looks = [!shot.stuck, shot.stuck].map(|stuck| {
+            let state = smoothed.clone();
+            point.put(k, ShotStart { state, stuck });
+            (self.fit_start(k, point, beginning), point.start(k))
+        });
+        let better = if looks[0].0 < looks[1].0 { 0 } else { 1 };
+        point.put(k, looks[better].1.clone());
+        let sum = self.fit_start(k, point, rest);
+        if sum < best.0 {
+            best = (sum, point.start(k));
+        }
+        best
+    }
+
     /// Gives shots that fit far worse than the others another start: the end of the shot before, the
     /// smoothed state, and both with the other mode of the contact.
     pub(super) fn revive(&mut self, here: &mut Place) {
-        let Place { point, sums, .. } = here;
+        let Place {
+            point, sums, merit, ..
+        } = here;
+        let merit = *merit;
         let ratio = |this: &Self, k: usize, sum: f64| {
             let noise = this.data.noise[this.data.shots[k].run];
             sum / (this.count(k) * noise * noise)
@@ -111,49 +161,20 @@ impl Fitter<'_, '_> {
             (WRONG * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
         let mut changed = Vec::new();
         for k in 0..sums.len() {
-            if ratio(self, k, sums[k]) < limit {
+            // A shot that was not found is looked for again once the model has become better.
+            let in_vain = merit > FOUND_ANEW * self.lost_at[k];
+            if ratio(self, k, sums[k]) < limit || in_vain {
                 continue;
             }
             changed.push(k);
-            let shot = &self.data.shots[k];
-            let mut starts = Vec::new();
-            if k > 0
-                && self.data.shots[k - 1].run == shot.run
-                && ratio(self, k - 1, sums[k - 1]) < limit
-            {
-                let _ = self.sum(k - 1, point);
-                if let Ok(start) =
-                    self.predictor
-                        .carry_on(shot, &point.shared, &point.own[shot.run])
-                {
-                    starts.push(start);
-                }
-            }
-            let mut smoothed = shot.state.clone();
-            smoothed.resize(point.states[k].len(), 0.0);
-            starts.push(ShotStart {
-                state: smoothed.clone(),
-                stuck: !shot.stuck,
-            });
-            starts.push(ShotStart {
-                state: smoothed,
-                stuck: shot.stuck,
-            });
-            let mut best = (sums[k], point.start(k));
-            for start in starts {
-                point.states[k] = start.state;
-                point.stuck[k] = start.stuck;
-                let sum = self.fit_start(k, point);
-                if sum < best.0 {
-                    best = (sum, point.start(k));
-                }
-                if ratio(self, k, best.0) < limit {
-                    break;
-                }
+            let old = (sums[k], point.start(k));
+            let found = self.find_start(k, point, sums, |this, k, sum| ratio(this, k, sum) < limit);
+            let best = if found.0 < old.0 { found } else { old };
+            if ratio(self, k, best.0) >= limit {
+                self.lost_at[k] = merit;
             }
             sums[k] = best.0;
-            point.states[k] = best.1.state;
-            point.stuck[k] = best.1.stuck;
+            point.put(k, best.1);
         }
         for k in changed {
             here.residual[k] = self.residual(k, &here.point);
