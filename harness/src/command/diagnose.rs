@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{diagnose_page, repaired_model};
-use crate::diagnose::conclude::{climb, conclude};
+use crate::diagnose::conclude::{Rungs, climb, conclude, prune};
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::{Selection, Watch, select};
 use crate::diagnose::session::Session;
@@ -58,22 +58,24 @@ pub fn diagnose(
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let session = Session::new(fmu, campaign)?;
-    let selection = select(&session, watch)?;
-    report(&session, &selection, "diagnose", output, watch)
+    let mut selection = select(&session, watch)?;
+    watch.step("judging on the runs kept out", 0, 1);
+    let mut rungs = climb(&session, &selection)?;
+    prune(&session, &mut selection, &mut rungs)?;
+    report(&session, &selection, &rungs, "diagnose", output, watch)
 }
 
-/// Judges a selection and writes what it found into `output`.
+/// Writes what a selection found into `output`.
 pub fn report(
     session: &Session,
     selection: &Selection,
+    rungs: &Rungs,
     command: &str,
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let (fmu, campaign) = (session.fmu, session.campaign);
-    watch.step("judging on the runs kept out", 0, 1);
-    let rungs = climb(session, selection)?;
-    let diagnosis = conclude(session, selection, &rungs)?;
+    let diagnosis = conclude(session, selection, rungs)?;
     write_file(
         &output.join("diagnosis.json"),
         to_json(&diagnosis).as_bytes(),
@@ -85,7 +87,7 @@ pub fn report(
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(session, selection, &rungs, &diagnosis, &command)?;
+    let page = diagnose_page::html(session, selection, rungs, &diagnosis, &command)?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::diagnose::{Progress, report, terminal, to_json};
-use crate::diagnose::select::follow;
+use crate::diagnose::conclude::climb;
+use crate::diagnose::select::{Watch, follow};
 use crate::diagnose::session::Session;
 use crate::error::Error;
 use crate::measurement::Campaign;
@@ -47,7 +48,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let progress = Progress::new();
     let selection = follow(&session, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
-    let diagnosis = report(&session, &selection, &command, &arguments.output, &progress)?;
+    progress.step("judging on the runs kept out", 0, 1);
+    let rungs = climb(&session, &selection)?;
+    let diagnosis = report(
+        &session,
+        &selection,
+        &rungs,
+        &command,
+        &arguments.output,
+        &progress,
+    )?;
     progress.finish();
     if arguments.json {
         println!("{}", to_json(&diagnosis));

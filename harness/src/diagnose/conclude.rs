@@ -20,6 +20,9 @@ use std::collections::BTreeMap;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 
+/// Gain that needs no second look.
+const OVERWHELMING: f64 = 300.0;
+
 /// Jacobians for the last fit of a rung.
 const REFIT: usize = 40;
 /// The same for a rung that does not explain the data: its parameters mean little.
@@ -66,6 +69,65 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
     Ok(rungs)
 }
 
+/// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
+/// than chance over a model that is down to the noise without them. Where the gain is not overwhelming, the smaller
+/// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) -> Result<(), Error> {
+    let all = session.fit_shots(1);
+    let samples: f64 = all.iter().map(|&k| session.shots[k].count as f64).sum();
+    while let Some(last) = selection.path.last() {
+        let depth = selection.path.len();
+        let below = match depth {
+            1 => &selection.calibrated,
+            _ => &selection.path[depth - 2],
+        };
+        if !below.reaches_floor() {
+            break;
+        }
+        let price = 0.5 * (last.size() as f64 - below.size() as f64) * samples.ln();
+        let gain = |rungs: &Rungs| {
+            rungs.trials[depth - 1].fit.trimmed - rungs.trials[depth].fit.trimmed - price
+        };
+        if gain(rungs) > NULL_GAIN && gain(rungs) < OVERWHELMING {
+            let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+            let h = session.hypothesis(&below.choices)?;
+            let start = search::narrowed(&h, &rungs.trials[depth].fit.point, &shots);
+            let again = search::settled(session, h, &shots, start, last_effort())?;
+            if again.fit.trimmed < rungs.trials[depth - 1].fit.trimmed {
+                rungs.fit[depth - 1] = judge::of_fit(session, &all, &again.fit);
+                rungs.holdout[depth - 1] = judge::held_out(session, &again, Care::Thorough)?;
+                rungs.trials[depth - 1] = again;
+            }
+        }
+        if gain(rungs) > NULL_GAIN {
+            break;
+        }
+        let taken_back = selection.path.pop().expect("the path has a last effect");
+        if depth == 1 {
+            selection.singles.insert(0, taken_back);
+        } else {
+            selection.pairs.insert(0, taken_back);
+        }
+        rungs.trials.pop();
+        rungs.fit.pop();
+        rungs.holdout.pop();
+    }
+    Ok(())
+}
+
+/// The effort of a last fit of a model that explains the data.
+fn last_effort() -> Effort {
+    Effort {
+        tolerance: REFIT_TOLERANCE,
+        patience: 2,
+        stride: 1,
+        ..search::effort(REFIT)
+    }
+}
+
 fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Trial, Error> {
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let h = session.hypothesis(&contender.choices)?;
@@ -80,12 +142,7 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
         }
     }
     let effort = if contender.reaches_floor() {
-        Effort {
-            tolerance: REFIT_TOLERANCE,
-            patience: 2,
-            stride: 1,
-            ..search::effort(REFIT)
-        }
+        last_effort()
     } else {
         search::effort(REFIT_OF_WRONG)
     };

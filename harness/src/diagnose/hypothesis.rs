@@ -1,6 +1,7 @@
 //! A hypothesis: the reference model plus some effects, with everything that may be turned.
 
 use super::candidate::{Candidate, Role};
+use super::friction_prior::{Belief, FrictionPrior};
 use super::knob::{Knob, Scale};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -126,7 +127,8 @@ const MEMORY_STATE: &str = "deflection";
 impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
-    /// `travel` gives for each run the range of belt travel in m that it covers.
+    /// `travel` gives for each run the range of belt travel in m that it covers, `spread` the standard deviation of
+    /// the displacement in m.
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
@@ -137,12 +139,10 @@ impl Hypothesis {
         choices: &[Choice],
         travel: &[(f64, f64)],
         spread: f64,
+        friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
-        let start = |name: &str| -> Result<f64, Error> {
-            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
-        };
         let mut shared = Vec::new();
         let mut fixed = Vec::new();
         let log =
@@ -185,42 +185,31 @@ impl Hypothesis {
             targets: mass_targets,
             ..log("mass".into(), "kg", 0, modes[0].mass_kg, 0.015, 1.15)
         });
-        for (item, unit, std, factor) in [
-            ("mu_0", "1", 0.1, 3.0),
-            ("v1", "m/s", 0.2, 5.0),
-            ("c2", "s/m", 0.4, 6.0),
+        for (item, unit, belief, factor) in [
+            ("mu_0", "1", friction.mu_0, 3.0),
+            ("v1", "m/s", friction.v1, 5.0),
+            ("c2", "s/m", friction.c2, 6.0),
         ] {
             let name = format!("friction.{item}");
-            shared.push(log(
-                name.clone(),
-                unit,
-                reference(&name)?,
-                start(&name)?,
-                std,
-                factor,
-            ));
+            let reference = reference(&name)?;
+            shared.push(log(name, unit, reference, belief.0, belief.1, factor));
         }
         shared.push(Knob {
             name: "friction.a1".into(),
             unit: "1".into(),
             targets: vec![(reference("friction.a1")?, 1.0)],
             scale: Scale::Linear,
-            prior: start("friction.a1")?,
-            prior_std: 0.06,
+            prior: friction.a1.0,
+            prior_std: friction.a1.1,
             min: 0.0,
             max: 0.95,
             step: 0.002,
             support: None,
         });
-        let level = Knob {
-            ..log(
-                "friction.level".into(),
-                "1",
-                reference("friction.level")?,
-                1.0,
-                0.03,
-                4.0,
-            )
+        let level_reference = reference("friction.level")?;
+        let level = |belief: Belief| {
+            let name = "friction.level".to_owned();
+            log(name, "1", level_reference, belief.0, belief.1, 4.0)
         };
         let offset = Knob {
             name: super::knob::OFFSET.into(),
@@ -234,7 +223,11 @@ impl Hypothesis {
             step: 1e-3 * spread,
             support: None,
         };
-        let mut own = vec![vec![level, offset]; campaign.runs.len()];
+        let mut own: Vec<Vec<Knob>> = friction
+            .levels
+            .iter()
+            .map(|&belief| vec![level(belief), offset.clone()])
+            .collect();
         let mut extra_states = Vec::new();
         let mut has_memory = false;
         for choice in choices {

@@ -5,6 +5,7 @@ pub mod conclude;
 pub mod contender;
 pub mod dependence;
 pub mod fit;
+pub mod friction_prior;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;

@@ -14,11 +14,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Every how many-th group of shots is used while candidates are compared.
 const SCREEN_EVERY: usize = 3;
 /// A contender whose median error over the noise is below this is worth fitting further.
-const PROMISING: f64 = 4.0;
+const PROMISING: f64 = 30.0;
+/// ..., if it is also below this many times the best contender's.
+const NEAR_THE_BEST: f64 = 3.0;
 /// Contenders that are fitted further.
 const POLISHED: usize = 4;
 /// Jacobians for that.
-const POLISH: usize = 10;
+const POLISH: usize = 14;
 /// Candidates from whose optimum the reference model is fitted again.
 const RETRIES: usize = 2;
 /// Jacobians for that.
@@ -119,10 +121,16 @@ impl<'a> Screen<'a> {
             Some(best) if best.reaches_floor() => best.size(),
             _ => usize::MAX,
         };
+        let near = contenders
+            .first()
+            .map_or(f64::NAN, |best| NEAR_THE_BEST * best.fit.quantile(0.5));
         let wanted: Vec<usize> = (0..contenders.len())
             .filter(|&i| {
                 let c = &contenders[i];
-                self.is_promising(c) && !c.reaches_floor() && c.size() < enough
+                self.is_promising(c)
+                    && c.fit.quantile(0.5) < near
+                    && !c.reaches_floor()
+                    && c.size() < enough
             })
             .take(POLISHED)
             .collect();
@@ -155,18 +163,7 @@ impl<'a> Screen<'a> {
         let leaders: Vec<&Contender> = extended.iter().take(RETRIES).collect();
         let retried = parallel(&leaders, |single| {
             let h = self.session.hypothesis(&base.choices)?;
-            let mut start = Point::centre(&h, &self.shots);
-            let from = &single.trial.fit.point;
-            start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
-            for (own, theirs) in start.own.iter_mut().zip(&from.own) {
-                let count = own.len();
-                own.copy_from_slice(&theirs[..count]);
-            }
-            for (state, theirs) in start.states.iter_mut().zip(&from.states) {
-                let count = state.len();
-                state.copy_from_slice(&theirs[..count]);
-            }
-            start.stuck.clone_from(&from.stuck);
+            let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
             let trial = self.refit(&base.choices, start, RETRY)?;
             Ok(self.contender(base.choices.clone(), trial))
         })?;

@@ -297,6 +297,23 @@ pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
     })
 }
 
+/// The point of a smaller hypothesis that a larger one's point is without what it adds: shared and own knobs and
+/// states of the smaller come first in the larger.
+pub fn narrowed(h: &Hypothesis, from: &Point, shots: &[Shot]) -> Point {
+    let mut start = Point::centre(h, shots);
+    start.shared.copy_from_slice(&from.shared[..h.shared.len()]);
+    for (own, theirs) in start.own.iter_mut().zip(&from.own) {
+        let count = own.len();
+        own.copy_from_slice(&theirs[..count]);
+    }
+    for (state, theirs) in start.states.iter_mut().zip(&from.states) {
+        let count = state.len();
+        state.copy_from_slice(&theirs[..count]);
+    }
+    start.stuck.clone_from(&from.stuck);
+    start
+}
+
 /// A point of the larger hypothesis that agrees with a point of the smaller one.
 pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
     let mut out = point.clone();

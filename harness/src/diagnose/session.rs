@@ -2,6 +2,7 @@
 
 use super::candidate::{Candidate, candidates};
 use super::fit::Data;
+use super::friction_prior::FrictionPrior;
 use super::hypothesis::{Choice, Hypothesis, References, structure};
 use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run};
@@ -39,6 +40,8 @@ pub struct Session<'a> {
     pub held_out: Vec<bool>,
     /// Horizon of a prediction in s.
     pub horizon: f64,
+    /// What is believed of the friction constants before any fit.
+    pub friction: FrictionPrior,
 }
 
 impl<'a> Session<'a> {
@@ -97,6 +100,7 @@ impl<'a> Session<'a> {
                 .map(|r| deviation(&r.displacement))
                 .collect(),
             held_out: hold_out(campaign),
+            friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
             smoothings,
             shots,
             travel,
@@ -123,6 +127,7 @@ impl<'a> Session<'a> {
             choices,
             &self.travel,
             self.mean_spread(),
+            &self.friction,
         )
     }
 

@@ -9,6 +9,7 @@
 
 use super::scan::{Argument, Line};
 use super::session::Session;
+use super::shot::Smoothing;
 use crate::observer::PhaseMode;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
@@ -38,7 +39,12 @@ pub struct SlipSample {
 /// Slip samples of each run with the force that the free characteristic expects.
 pub fn slip_samples(session: &Session) -> Vec<Vec<SlipSample>> {
     let mut runs: Vec<Vec<SlipSample>> = (0..session.campaign.runs.len())
-        .map(|r| of_run(session, r))
+        .map(|r| {
+            slip_of_run(
+                &session.smoothings[r],
+                session.campaign.runs[r].belt_velocity,
+            )
+        })
         .collect();
     let force = |r: usize| session.campaign.runs[r].normal_force;
     let fastest = runs
@@ -74,11 +80,11 @@ pub fn slip_samples(session: &Session) -> Vec<Vec<SlipSample>> {
     runs
 }
 
-fn of_run(session: &Session, r: usize) -> Vec<SlipSample> {
-    let stick_slip = &session.smoothings[r].stick_slip;
+/// Slip samples of one run over a belt of `belt` m/s, without what a characteristic expects.
+pub(super) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
+    let stick_slip = &smoothing.stick_slip;
     let smoothed = &stick_slip.smoothed;
     let h = smoothed.sample_interval;
-    let belt = session.campaign.runs[r].belt_velocity;
     let mut out = Vec::new();
     for phase in stick_slip
         .phases

@@ -40,6 +40,11 @@ pub(super) fn remarks(session: &Session, trial: &Trial, selection: &Selection) -
             ));
         }
     }
+    if let Some(ratio) = session.friction.foreign {
+        out.push(format!(
+            "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces. The friction constants were started from the measured force instead."
+        ));
+    }
     for (index, knob) in trial.hypothesis.shared.iter().enumerate() {
         if knob.is_at_bound(trial.fit.point.shared[index]) {
             out.push(format!(

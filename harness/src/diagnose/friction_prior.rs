@@ -1,0 +1,96 @@
+//! What to believe of the friction constants before any fit.
+//!
+//! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, friction and
+//! sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
+//! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`], the start
+//! values are the prior; else the observed coefficient and sliding speed are, with wide spreads.
+
+use super::shot::Smoothing;
+use super::unexplained::slip_of_run;
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::Run;
+
+/// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
+const FOREIGN: f64 = 0.25;
+
+/// Centre and standard deviation of a belief; of the logarithm, where the quantity is positive.
+pub type Belief = (f64, f64);
+
+/// Beliefs of the constants of `mu(v) = mu_0 [1 - a1 + a1 exp(-v/v1)] [1 - a2 + a2 exp(-c2 v)]` (Stelter 1992, eq. 7).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionPrior {
+    /// mu_0 (1).
+    pub mu_0: Belief,
+    /// v1 (m/s).
+    pub v1: Belief,
+    /// c2 (s/m).
+    pub c2: Belief,
+    /// a1 (1).
+    pub a1: Belief,
+    /// Friction level of each run (1).
+    pub levels: Vec<Belief>,
+    /// Observed over expected friction, where the surfaces are not those of the start values.
+    pub foreign: Option<f64>,
+}
+
+impl FrictionPrior {
+    /// The beliefs for a campaign's runs.
+    ///
+    /// # Errors
+    /// An FMU without the constants.
+    pub fn new(fmu: &Fmu, runs: &[Run], smoothings: &[Smoothing]) -> Result<Self, Error> {
+        let start = |name: &str| -> Result<f64, Error> {
+            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
+        };
+        let (mu_0, v1, c2) = (
+            start("friction.mu_0")?,
+            start("friction.v1")?,
+            start("friction.c2")?,
+        );
+        let (a1, a2) = (start("friction.a1")?, start("friction.a2")?);
+        let expected =
+            |v: f64| mu_0 * (1.0 - a1 + a1 * (-v / v1).exp()) * (1.0 - a2 + a2 * (-c2 * v).exp());
+        let mut speeds = Vec::new();
+        let mut of_runs = Vec::new();
+        for (run, smoothing) in runs.iter().zip(smoothings) {
+            let slip = slip_of_run(smoothing, run.belt_velocity);
+            let mut ratios: Vec<f64> = slip
+                .iter()
+                .map(|s| s.force.abs() / (run.normal_force * expected(s.relative_velocity.abs())))
+                .filter(|r| r.is_finite())
+                .collect();
+            of_runs.push(median(&mut ratios));
+            speeds.extend(slip.iter().map(|s| s.relative_velocity.abs()));
+        }
+        let mut seen: Vec<f64> = of_runs.iter().copied().filter(|r| *r > 0.0).collect();
+        let ratio = median(&mut seen);
+        let as_made = Self {
+            mu_0: (mu_0, 0.1),
+            v1: (v1, 0.2),
+            c2: (c2, 0.4),
+            a1: (a1, 0.06),
+            levels: vec![(1.0, 0.03); runs.len()],
+            foreign: None,
+        };
+        if !(ratio > 0.0 && ratio.ln().abs() > FOREIGN) {
+            return Ok(as_made);
+        }
+        let typical_speed = median(&mut speeds);
+        let level = |r: f64| if r > 0.0 { r / ratio } else { 1.0 };
+        Ok(Self {
+            mu_0: (mu_0 * ratio, 0.3),
+            v1: (v1.min(typical_speed), 1.0),
+            c2: (c2, 0.4),
+            a1: (a1, 0.3),
+            levels: of_runs.iter().map(|&r| (level(r), 0.3)).collect(),
+            foreign: Some(ratio),
+        })
+    }
+}
+
+/// Median; NaN of nothing.
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
