@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         make_folder(&folder)?;
         let start = Instant::now();
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
-        let diagnosis = diagnose(&fmu, &campaign, &folder, &progress)?;
+        let diagnosis = diagnose(&fmu, &campaign, 0, &folder, &progress)?;
         let case = score(&name, answer, &diagnosis, start.elapsed().as_secs_f64());
         progress.suspend(|| println!("{}", line(&case)));
         cases.push(case);

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{diagnose_page, repaired_model};
 use crate::diagnose::conclude::{Rungs, climb, conclude, prune};
 use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::select::{Selection, Watch, select};
+use crate::diagnose::select::{Selection, Watch, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -28,6 +28,10 @@ pub struct Arguments {
     /// Folder for diagnosis.json, report.html, model.toml, the .ssv and the repaired .fmu
     #[arg(short, long, value_name = "DIR", default_value = "diagnosis")]
     output: PathBuf,
+    /// Campaigns without the effect to simulate and search in full, for the chance that the gain is chance; each takes about
+    /// as long as the search itself
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    null: usize,
     /// Print diagnosis.json instead of the summary
     #[arg(long)]
     json: bool,
@@ -39,7 +43,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new();
-    let diagnosis = diagnose(&fmu, &campaign, &arguments.output, &progress)?;
+    let diagnosis = diagnose(
+        &fmu,
+        &campaign,
+        arguments.null,
+        &arguments.output,
+        &progress,
+    )?;
     progress.finish();
     if arguments.json {
         println!("{}", to_json(&diagnosis));
@@ -50,15 +60,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
-/// Diagnoses a campaign and writes everything into `output`.
+/// Diagnoses a campaign and writes everything into `output`; with `null` simulated campaigns for each step.
 pub fn diagnose(
     fmu: &Fmu,
     campaign: &Campaign,
+    null: usize,
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let session = Session::new(fmu, campaign)?;
     let mut selection = select(&session, watch)?;
+    if null > 0 {
+        calibrate_threshold(&session, &mut selection, null, watch)?;
+    }
     watch.step("judging on the runs kept out", 0, 1);
     let mut rungs = climb(&session, &selection)?;
     prune(&session, &mut selection, &mut rungs)?;

@@ -6,24 +6,22 @@ use std::path::Path;
 use super::pack;
 use crate::diagnose::outcome::Diagnosis;
 use crate::error::Error;
-use crate::fmu::{Fmu, with_guid, with_starts};
+use crate::fmu::{Fmu, Kind, with_guid, with_starts};
 use crate::output::write_file;
 
 /// Calibrated values by FMU variable: those of the structure, the friction law and the effects.
 pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
-    let mut out = Vec::new();
-    for (name, estimate) in &diagnosis.calibrated {
-        if name == "mass" {
-            let modes = diagnosis
-                .calibrated
-                .keys()
-                .filter(|k| k.ends_with("].frequency"))
-                .count();
-            out.extend((1..=modes).map(|j| (format!("mode[{j}].mass"), estimate.value)));
-        } else {
-            out.push((name.clone(), estimate.value));
-        }
-    }
+    let mut out: Vec<(String, f64)> = diagnosis
+        .structure
+        .iter()
+        .map(|(name, value)| (name.clone(), *value))
+        .collect();
+    // The knob "mass" stands for all modal masses, which the structure has.
+    let single = diagnosis
+        .calibrated
+        .iter()
+        .filter(|(name, _)| *name != "mass");
+    out.extend(single.map(|(name, estimate)| (name.clone(), estimate.value)));
     for effect in &diagnosis.effects {
         for (name, estimate) in &effect.parameters {
             out.push((format!("{}.{name}", effect.id), estimate.value));
@@ -117,14 +115,19 @@ fn ssv(fmu: &Fmu, values: &[(String, f64)]) -> String {
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<ssv:ParameterSet version=\"1.0\" name=\"calibrated\" xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\">\n  <ssv:Parameters>\n",
     );
     for (name, value) in values {
-        let unit = fmu
-            .variable(name)
-            .ok()
-            .and_then(|v| v.unit.clone())
-            .map_or(String::new(), |u| format!(" unit=\"{u}\""));
-        out += &format!(
-            "    <ssv:Parameter name=\"{name}\"><ssv:Real value=\"{value:?}\"{unit}/></ssv:Parameter>\n"
-        );
+        let variable = fmu.variable(name).ok();
+        let content = match variable.map(|v| v.kind) {
+            Some(Kind::Integer | Kind::Enumeration) => {
+                format!("<ssv:Integer value=\"{value:.0}\"/>")
+            }
+            _ => {
+                let unit = variable
+                    .and_then(|v| v.unit.clone())
+                    .map_or(String::new(), |u| format!(" unit=\"{u}\""));
+                format!("<ssv:Real value=\"{value:?}\"{unit}/>")
+            }
+        };
+        out += &format!("    <ssv:Parameter name=\"{name}\">{content}</ssv:Parameter>\n");
     }
     out + "  </ssv:Parameters>\n</ssv:ParameterSet>\n"
 }

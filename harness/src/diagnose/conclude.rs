@@ -1,8 +1,8 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
-use super::contender::{Contender, NULL_GAIN};
+use super::contender::Contender;
 use super::fit::{Effort, Fit};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, structure};
 use super::judge::{self, Care, Judgement};
 use super::knob::Scale;
 use super::outcome::{
@@ -91,7 +91,7 @@ pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) ->
         let gain = |rungs: &Rungs| {
             rungs.trials[depth - 1].fit.trimmed - rungs.trials[depth].fit.trimmed - price
         };
-        if gain(rungs) > NULL_GAIN && gain(rungs) < OVERWHELMING {
+        if gain(rungs) > selection.threshold && gain(rungs) < OVERWHELMING {
             let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
             let h = session.hypothesis(&below.choices)?;
             let start = search::narrowed(&h, &rungs.trials[depth].fit.point, &shots);
@@ -102,7 +102,7 @@ pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) ->
                 rungs.trials[depth - 1] = again;
             }
         }
-        if gain(rungs) > NULL_GAIN {
+        if gain(rungs) > selection.threshold {
             break;
         }
         let taken_back = selection.path.pop().expect("the path has a last effect");
@@ -164,7 +164,7 @@ pub fn conclude(
         .path
         .first()
         .map_or(0.0, |p| base_score - p.score(samples));
-    let base_is_enough = selection.calibrated.reaches_floor() && gain < NULL_GAIN;
+    let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
     let verdict = if base_is_enough {
         Verdict::NoMissingEffect
     } else if selection.explained && !selection.path.is_empty() {
@@ -245,10 +245,31 @@ pub fn conclude(
             .filter(|(_, k)| !is_effect(session, &k.name))
             .map(|(i, k)| (k.name.clone(), estimate(&trial.hypothesis, &trial.fit, i)))
             .collect(),
+        gains_by_chance: selection.by_chance.clone(),
+        structure: known_structure(session, trial)?,
         runs: run_values(session, trial, &rungs.holdout[last]),
         effects,
         error_ladder: ladder,
     })
+}
+
+/// What the calibrated model takes from the campaign as known, by FMU variable.
+fn known_structure(session: &Session, trial: &Trial) -> Result<BTreeMap<String, f64>, Error> {
+    let structure = structure(session.fmu, &session.campaign.beam)?;
+    let modes = structure.modes();
+    let mass = trial
+        .hypothesis
+        .shared_index("mass")
+        .map(|i| trial.hypothesis.shared[i].value(trial.fit.point.shared[i]));
+    let mut out = BTreeMap::from([("mode_count".to_owned(), modes.len() as f64)]);
+    for (j, mode) in modes.iter().enumerate() {
+        out.insert(format!("mode[{}].tip_value", j + 1), mode.tip_value);
+        if let Some(mass) = mass {
+            let ratio = mode.mass_kg / modes[0].mass_kg;
+            out.insert(format!("mode[{}].mass", j + 1), mass * ratio);
+        }
+    }
+    Ok(out)
 }
 
 fn is_effect(session: &Session, knob: &str) -> bool {
@@ -372,11 +393,20 @@ fn found(
             holdout_nrmse_before: rungs.holdout[i].nrmse,
             holdout_nrmse_after: rungs.holdout[i + 1].nrmse,
             gain,
-            threshold: NULL_GAIN,
+            threshold: selection.threshold,
+            p_value: p_value(selection, i, gain),
             floor_ratio: rungs.fit[i + 1].quantile(0.5),
         },
         confounded_with,
     }
+}
+
+/// Probability of a gain as large by chance, from the campaigns simulated for step `i`; never below one in their number
+/// and one.
+fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
+    let gains = selection.by_chance.get(i).filter(|g| !g.is_empty())?;
+    let as_large = gains.iter().filter(|g| **g >= gain).count();
+    Some((1 + as_large) as f64 / (1 + gains.len()) as f64)
 }
 
 /// The hypothesis at the end of the path and all others of its size that explain the data as well.

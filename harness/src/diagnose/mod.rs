@@ -10,6 +10,7 @@ pub mod hypothesis;
 pub mod judge;
 pub mod knob;
 pub mod next_measurement;
+mod null;
 pub mod outcome;
 mod pairs;
 pub mod predictor;

@@ -40,6 +40,9 @@ pub struct Evidence {
     pub gain: f64,
     /// Fall below which a gain counts as chance.
     pub threshold: f64,
+    /// Probability of such a gain by chance, where campaigns without the effect were simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_value: Option<f64>,
     /// Root of the median mean square error over the noise after the effect: 1 is the floor.
     pub floor_ratio: f64,
 }
@@ -130,6 +133,12 @@ pub struct Diagnosis {
     pub remarks: Vec<String>,
     /// Calibrated parameters of the model.
     pub calibrated: BTreeMap<String, Estimate>,
+    /// Largest gains of all candidates in simulated campaigns without the effect, for each step; empty unless asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gains_by_chance: Vec<Vec<f64>>,
+    /// The structure as far as it was taken as known, by FMU variable: number of modes, tip values, and the modal masses
+    /// that follow from the calibrated one.
+    pub structure: BTreeMap<String, f64>,
     /// Friction level and sensor offset of each run.
     pub runs: Vec<RunValues>,
 }

@@ -42,6 +42,11 @@ impl<'a> Screen<'a> {
     pub fn new(session: &'a Session<'a>) -> Self {
         let indices = session.fit_shots(SCREEN_EVERY);
         let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
+        Self::of_shots(session, indices, shots)
+    }
+
+    /// Shots at the places `indices` of the session's, their measurements perhaps replaced.
+    pub fn of_shots(session: &'a Session<'a>, indices: Vec<usize>, shots: Vec<Shot>) -> Self {
         let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
         Self {
             session,
@@ -197,6 +202,16 @@ impl<'a> Screen<'a> {
         }
         self.sort(contenders);
         Ok(())
+    }
+
+    /// A contender's hypothesis fitted again from where it stands.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn refit_of(&self, contender: &Contender) -> Result<Contender, Error> {
+        let start = contender.trial.fit.point.clone();
+        let trial = self.refit(&contender.choices, start, RETRY)?;
+        Ok(self.contender(contender.choices.clone(), trial))
     }
 
     fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {

@@ -193,6 +193,13 @@ pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
     }
 }
 
+/// All ways to choose one effect of the catalogue.
+pub fn all_variants(session: &Session) -> Vec<Choice> {
+    (0..session.catalogue.len())
+        .flat_map(|effect| variants(session, effect))
+        .collect()
+}
+
 /// Fits the reference model with `known` effects and the last of `choices` newly added.
 ///
 /// `base` is the fit without the new effect, on the same shots; the search starts from it with the effect
@@ -247,8 +254,12 @@ pub fn search(
     if !found {
         looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
         for look in looks.into_iter().take(depth.followed) {
-            let mut fit =
-                Fitter::new(&mut predictor, &hypothesis, &data, effort(FOOTHILL)).run(look.point);
+            // Lost shots are not looked for before the start has shown promise: a model that is wrong loses many.
+            let foothill = Effort {
+                revive: false,
+                ..effort(FOOTHILL)
+            };
+            let mut fit = Fitter::new(&mut predictor, &hypothesis, &data, foothill).run(look.point);
             if fit.trimmed < HOPELESS * base.fit.trimmed {
                 let rest = effort(depth.climb - FOOTHILL);
                 fit = Fitter::new(&mut predictor, &hypothesis, &data, rest).run(fit.point);

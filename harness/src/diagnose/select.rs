@@ -4,6 +4,7 @@ use super::contender::{Contender, NULL_GAIN};
 use super::fit::Fitter;
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
+use super::null;
 use super::pairs;
 use super::predictor::Point;
 use super::screen::Screen;
@@ -16,6 +17,8 @@ use crate::error::Error;
 const PAIR_LEADERS: usize = 3;
 /// Candidates that are searched thoroughly when none comes down to the noise at first.
 const SEARCHED_AGAIN: usize = 4;
+/// Single effects that are judged on the runs kept out, the best ones.
+const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
 const PAIRS_LISTED: usize = 5;
 
@@ -47,6 +50,10 @@ pub struct Selection {
     pub samples: f64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
+    /// Gain below which an effect counts as chance.
+    pub threshold: f64,
+    /// For each step of the path, the largest gains by chance in simulated campaigns; empty unless asked for.
+    pub by_chance: Vec<Vec<f64>>,
 }
 
 impl Selection {
@@ -70,9 +77,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     watch.step("calibrating the reference model", 0, 1);
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
     let base = screen.calibrate()?;
-    let list: Vec<Choice> = (0..session.catalogue.len())
-        .flat_map(|e| variants(session, e))
-        .collect();
+    let list = search::all_variants(session);
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
     let mut singles = screen.compete(&jobs, &base, BRIEF, watch)?;
     let mut calibrated = screen.recalibrate(base, &singles)?;
@@ -154,11 +159,36 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         explained,
         samples,
         stopped,
+        threshold: NULL_GAIN,
+        by_chance: Vec::new(),
     })
 }
 
-/// Judges every candidate that will be listed on the runs kept out, briefly; not those that fit worse than the
-/// reference model.
+/// Simulates `count` campaigns without the effect for each step of a selection's path (for the calibrated model where the
+/// path is empty) and raises the threshold to the largest gain by chance, where that is more.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn calibrate_threshold(
+    session: &Session,
+    selection: &mut Selection,
+    count: usize,
+    watch: &dyn Watch,
+) -> Result<(), Error> {
+    let list = search::all_variants(session);
+    for depth in 0..selection.path.len().max(1) {
+        let base = match depth {
+            0 => &selection.calibrated,
+            _ => &selection.path[depth - 1],
+        };
+        let gains = null::largest_gains(session, base, &list, count, watch)?;
+        selection.threshold = gains.iter().copied().fold(selection.threshold, f64::max);
+        selection.by_chance.push(gains);
+    }
+    Ok(())
+}
+
+/// Judges the best candidates on the runs kept out, briefly; not those that fit worse than the reference model.
 fn judge_candidates(
     session: &Session,
     calibrated: &Contender,
@@ -168,6 +198,7 @@ fn judge_candidates(
     let listed = pairs.len().min(PAIRS_LISTED);
     let mut all: Vec<&mut Contender> = singles
         .iter_mut()
+        .take(SINGLES_JUDGED)
         .chain(&mut pairs[..listed])
         .filter(|c| c.fit.trimmed <= calibrated.fit.trimmed)
         .collect();
@@ -219,11 +250,13 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         samples: screen.samples,
         stopped: path.len() < effects.len(),
         path,
+        threshold: NULL_GAIN,
+        by_chance: Vec::new(),
     })
 }
 
 /// Passes on whether to stop, and says nothing.
-struct Silent<'a>(&'a dyn Watch);
+pub(super) struct Silent<'a>(pub &'a dyn Watch);
 
 impl Watch for Silent<'_> {
     fn step(&self, _: &str, _: usize, _: usize) {}

@@ -21,6 +21,8 @@ const RESONANCE_RANGE: f64 = 1.35;
 const RESONANCE_STEP: f64 = 1.012;
 /// ... on every how many-th shot; ...
 const RESONANCE_SHOTS: usize = 3;
+/// ..., where all else explains the data already; ...
+const RESONANCE_SHOTS_NEAR: usize = 9;
 /// ... and how many of them are looked at.
 const RESONANCES: usize = 4;
 
@@ -76,7 +78,7 @@ pub(super) fn starts<'a>(
             } else {
                 &[&fresh, &from_base]
             };
-            resonance_starts(h, i, data, predictor, &from_base, origins)
+            resonance_starts(h, i, data, predictor, &from_base, origins, near)
         });
     }
     let shapes: Vec<usize> = (0..effect.parameters.len())
@@ -155,8 +157,14 @@ fn resonance_starts<'a>(
     predictor: &mut Predictor<'a>,
     from_base: &Point,
     origins: &[&Point],
+    near: bool,
 ) -> Vec<Point> {
-    let chosen: Vec<usize> = (0..data.shots.len()).step_by(RESONANCE_SHOTS).collect();
+    let every = if near {
+        RESONANCE_SHOTS_NEAR
+    } else {
+        RESONANCE_SHOTS
+    };
+    let chosen: Vec<usize> = (0..data.shots.len()).step_by(every).collect();
     let shots: Vec<Shot> = chosen.iter().map(|&k| data.shots[k].clone()).collect();
     let some = Data {
         shots: &shots,
@@ -187,7 +195,7 @@ fn resonance_starts<'a>(
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
     tried
         .iter()
-        .take(RESONANCES)
+        .take(if near { 1 } else { RESONANCES })
         .flat_map(|&(_, position)| origins.iter().map(move |origin| (*origin, position)))
         .map(|(origin, position)| {
             let mut point = origin.clone();

@@ -1,7 +1,7 @@
 //! Which effect: the candidates' ranking, what can't be told apart, and the cards of the effects found.
 
 use super::Material;
-use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, NULL_GAIN, name};
+use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, name};
 use crate::diagnose::outcome::Verdict;
 use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
 
@@ -22,12 +22,16 @@ pub fn section(page: Page, material: &Material) -> Page {
     let page = page.section(super::SECTIONS[2]).paragraph(&format!(
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
          Its gain is the fall of the fit's objective (the natural logarithm of the likelihood, without the worst fifth of the pieces) less a price for its parameters. \
-         A gain above {NULL_GAIN} is rarer than chance; a name is given only if the error also comes down to the noise."
+         A gain above {:.0} is rarer than chance; a name is given only if the error also comes down to the noise.",
+        material.selection.threshold
     ));
     if entries.is_empty() {
         return page.paragraph("No candidate was tried.");
     }
-    let page = page.figures(&[&gains(&entries), &adequacy(&entries)]);
+    let page = page.figures(&[
+        &gains(&entries, material.selection.threshold),
+        &adequacy(&entries),
+    ]);
     let page = confusion(page, material)
         .subsection("All candidates")
         .table(&table(material, &entries));
@@ -78,12 +82,12 @@ fn label(material: &Material, contender: &Contender) -> String {
     }
 }
 
-fn gains(entries: &[Entry]) -> Bars {
+fn gains(entries: &[Entry], threshold: f64) -> Bars {
     let names: Vec<String> = entries.iter().map(|e| e.name.clone()).collect();
     let values: Vec<f64> = entries.iter().map(|e| e.gain).collect();
     let mut bars = Bars::new(Axis::symlog("gain", "1", 10.0), &names)
         .series("tried (blue: found)", Colour::Grey, &values)
-        .threshold("what chance reaches", NULL_GAIN);
+        .threshold("what chance reaches", threshold);
     for i in (0..entries.len()).filter(|&i| entries[i].believed) {
         bars = bars.highlight(i, Colour::Blue);
     }
