@@ -1,6 +1,6 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
-use super::contender::Contender;
+use super::contender::{Contender, FLOOR_COLOUR};
 use super::fit::{Effort, Fit};
 use super::hypothesis::{Hypothesis, structure};
 use super::judge::{self, Care, Judgement};
@@ -13,6 +13,7 @@ use super::search::{self, Trial};
 use super::select::Selection;
 use super::session::Session;
 use super::shot::Shot;
+use super::whiteness;
 use super::words::{remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
@@ -39,6 +40,8 @@ pub struct Rungs {
     pub fit: Vec<Judgement>,
     /// On what was kept out.
     pub holdout: Vec<Judgement>,
+    /// How far from white the residuals of the fits are; below 1 for noise alone.
+    pub colour: Vec<f64>,
 }
 
 /// Refits the calibrated model and the path on all shots of the runs fitted and judges them.
@@ -50,18 +53,22 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
         .chain(&selection.path)
         .collect();
     let all = session.fit_shots(1);
+    let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let results = super::session::parallel(&steps, |contender| {
         let trial = refit(session, contender, &all)?;
         let fit = judge::of_fit(session, &all, &trial.fit);
         let holdout = judge::held_out(session, &trial, Care::Thorough)?;
-        Ok((trial, fit, holdout))
+        let colour = whiteness::colour(session, &shots, &trial)?;
+        Ok((trial, fit, holdout, colour))
     })?;
     let mut rungs = Rungs {
         trials: Vec::new(),
         fit: Vec::new(),
         holdout: Vec::new(),
+        colour: Vec::new(),
     };
-    for (trial, fit, holdout) in results {
+    for (trial, fit, holdout, colour) in results {
+        rungs.colour.push(colour);
         rungs.trials.push(trial);
         rungs.fit.push(fit);
         rungs.holdout.push(holdout);
@@ -98,6 +105,7 @@ pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) ->
             let again = search::settled(session, h, &shots, start, last_effort())?;
             if again.fit.trimmed < rungs.trials[depth - 1].fit.trimmed {
                 rungs.fit[depth - 1] = judge::of_fit(session, &all, &again.fit);
+                rungs.colour[depth - 1] = whiteness::colour(session, &shots, &again)?;
                 rungs.holdout[depth - 1] = judge::held_out(session, &again, Care::Thorough)?;
                 rungs.trials[depth - 1] = again;
             }
@@ -114,6 +122,7 @@ pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) ->
         rungs.trials.pop();
         rungs.fit.pop();
         rungs.holdout.pop();
+        rungs.colour.pop();
     }
     Ok(())
 }
@@ -165,9 +174,11 @@ pub fn conclude(
         .first()
         .map_or(0.0, |p| base_score - p.score(samples));
     let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
-    let verdict = if base_is_enough {
+    let is_white = |depth: usize| !(rungs.colour[depth] > FLOOR_COLOUR);
+    let verdict = if base_is_enough && is_white(0) {
         Verdict::NoMissingEffect
-    } else if selection.explained && !selection.path.is_empty() {
+    } else if selection.explained && !selection.path.is_empty() && is_white(rungs.trials.len() - 1)
+    {
         Verdict::EffectFound
     } else {
         Verdict::UnknownEffect
@@ -245,6 +256,7 @@ pub fn conclude(
             .filter(|(_, k)| !is_effect(session, &k.name))
             .map(|(i, k)| (k.name.clone(), estimate(&trial.hypothesis, &trial.fit, i)))
             .collect(),
+        residual_colour: rungs.colour.clone(),
         gains_by_chance: selection.by_chance.clone(),
         structure: known_structure(session, trial)?,
         runs: run_values(session, trial, &rungs.holdout[last]),

@@ -5,6 +5,9 @@ use super::judge::{self, Judgement};
 use super::knob::Knob;
 use super::search::Trial;
 use super::session::Session;
+use super::shot::Shot;
+use super::whiteness;
+use crate::error::Error;
 
 /// Gain in the score below which an effect counts as chance where the model without it is down to the noise.
 /// Chosen, not calibrated anew on each campaign: the best of all candidates gained 2.8 at most on eight
@@ -14,6 +17,17 @@ pub const NULL_GAIN: f64 = 20.0;
 pub const FLOOR_MEDIAN: f64 = 1.12;
 /// ... and so is the error of three shots in four.
 pub const FLOOR_QUARTILE: f64 = 1.45;
+
+/// ...; and what is left is white, the power of its low frequencies at most this many times that of its high ones. True
+/// models leave 0.85 to 1.0, a cubic stiffness fitted to a quadratic one down to 1.03 times the noise 1.44.
+pub const FLOOR_COLOUR: f64 = 1.2;
+
+/// Whether errors are down to the noise and as white; a colour that could not be told is passed over.
+pub fn is_floor(fit: &Judgement, colour: f64) -> bool {
+    fit.quantile(0.5) <= FLOOR_MEDIAN
+        && fit.quantile(0.75) <= FLOOR_QUARTILE
+        && !(colour > FLOOR_COLOUR)
+}
 
 /// A hypothesis with its fit and judgements.
 pub struct Contender {
@@ -25,18 +39,29 @@ pub struct Contender {
     pub fit: Judgement,
     /// On what was kept out.
     pub holdout: Option<Judgement>,
+    /// How far from white what it leaves is ([`super::whiteness`]).
+    pub colour: f64,
 }
 
 impl Contender {
     /// A contender whose fit is judged on the shots fitted.
-    pub fn new(session: &Session, choices: Vec<Choice>, trial: Trial, shots: &[usize]) -> Self {
-        let fit = judge::of_fit(session, shots, &trial.fit);
-        Self {
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn new(
+        session: &Session,
+        choices: Vec<Choice>,
+        trial: Trial,
+        indices: &[usize],
+        shots: &[Shot],
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            fit: judge::of_fit(session, indices, &trial.fit),
+            colour: whiteness::colour(session, shots, &trial)?,
             choices,
             trial,
-            fit,
             holdout: None,
-        }
+        })
     }
 
     /// Number of parameters, those of the runs included.
@@ -58,9 +83,9 @@ impl Contender {
         self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
     }
 
-    /// Whether the errors are down to the noise.
+    /// Whether the errors are down to the noise and as white.
     pub fn reaches_floor(&self) -> bool {
-        self.fit.quantile(0.5) <= FLOOR_MEDIAN && self.fit.quantile(0.75) <= FLOOR_QUARTILE
+        is_floor(&self.fit, self.colour)
     }
 }
 

@@ -25,4 +25,5 @@ pub mod session;
 pub mod shot;
 mod starts;
 pub mod unexplained;
+mod whiteness;
 mod words;

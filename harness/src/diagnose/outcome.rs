@@ -133,6 +133,9 @@ pub struct Diagnosis {
     pub remarks: Vec<String>,
     /// Calibrated parameters of the model.
     pub calibrated: BTreeMap<String, Estimate>,
+    /// For the calibrated model and each effect added: power of the residuals at low frequencies over that at high ones.
+    /// Noise alone gives somewhat less than 1.
+    pub residual_colour: Vec<f64>,
     /// Largest gains of all candidates in simulated campaigns without the effect, for each step; empty unless asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gains_by_chance: Vec<Vec<f64>>,

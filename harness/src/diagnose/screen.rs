@@ -56,8 +56,8 @@ impl<'a> Screen<'a> {
         }
     }
 
-    fn contender(&self, choices: Vec<Choice>, trial: Trial) -> Contender {
-        Contender::new(self.session, choices, trial, &self.indices)
+    fn contender(&self, choices: Vec<Choice>, trial: Trial) -> Result<Contender, Error> {
+        Contender::new(self.session, choices, trial, &self.indices, &self.shots)
     }
 
     /// Best first.
@@ -70,7 +70,7 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub fn calibrate(&self) -> Result<Contender, Error> {
-        Ok(self.contender(Vec::new(), baseline(self.session, &self.shots)?))
+        self.contender(Vec::new(), baseline(self.session, &self.shots)?)
     }
 
     /// Fits many hypotheses in parallel, each the base with one effect more; best first.
@@ -92,7 +92,7 @@ impl<'a> Screen<'a> {
             let trial = search(self.session, choices, &self.shots, &base.trial, depth)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             watch.step(&name(self.session, choices), done, jobs.len());
-            Ok(Some(self.contender(choices.clone(), trial)))
+            Ok(Some(self.contender(choices.clone(), trial)?))
         })?;
         let mut contenders: Vec<Contender> = results.into_iter().flatten().collect();
         self.sort(&mut contenders);
@@ -148,7 +148,7 @@ impl<'a> Screen<'a> {
             let start = old.trial.fit.point.clone();
             let mut trial = self.refit(&old.choices, start, POLISH)?;
             trial.simulations += old.trial.simulations;
-            Ok(self.contender(old.choices.clone(), trial))
+            self.contender(old.choices.clone(), trial)
         })?;
         for (i, new) in wanted.into_iter().zip(polished) {
             if new.score(self.samples) < contenders[i].score(self.samples) {
@@ -170,7 +170,7 @@ impl<'a> Screen<'a> {
             let h = self.session.hypothesis(&base.choices)?;
             let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
             let trial = self.refit(&base.choices, start, RETRY)?;
-            Ok(self.contender(base.choices.clone(), trial))
+            self.contender(base.choices.clone(), trial)
         })?;
         let mut best = base;
         for retry in retried {
@@ -193,7 +193,7 @@ impl<'a> Screen<'a> {
         let again = parallel(&above, |&i| {
             let choices = &contenders[i].choices;
             let trial = search::from_nested(self.session, choices, &self.shots, &base.trial)?;
-            Ok(self.contender(choices.clone(), trial))
+            self.contender(choices.clone(), trial)
         })?;
         for (i, new) in above.into_iter().zip(again) {
             if new.fit.trimmed < contenders[i].fit.trimmed {
@@ -211,7 +211,7 @@ impl<'a> Screen<'a> {
     pub fn refit_of(&self, contender: &Contender) -> Result<Contender, Error> {
         let start = contender.trial.fit.point.clone();
         let trial = self.refit(&contender.choices, start, RETRY)?;
-        Ok(self.contender(contender.choices.clone(), trial))
+        self.contender(contender.choices.clone(), trial)
     }
 
     fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {

@@ -5,13 +5,16 @@ use super::fit::Data;
 use super::friction_prior::FrictionPrior;
 use super::hypothesis::{Choice, Hypothesis, References, structure};
 use super::predictor::Predictor;
-use super::shot::{Shot, Smoothing, cut, smooth_run};
+use super::shot::{Shot, Smoothing, cut, smooth_run, thin};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Role, of_one_sensor};
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
+
+/// Shots of a run that are used at most: two seconds of the default case.
+const MOST_SHOTS: usize = 96;
 
 /// Neighbouring shots that are taken together where not all are.
 const GROUP: usize = 4;
@@ -67,7 +70,8 @@ impl<'a> Session<'a> {
         let horizon = HORIZON.max(1.6 / lowest).max(0.6 * shortest);
         let mut shots = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
-            shots.extend(cut(index, run, smoothing, horizon));
+            let of_run = cut(index, run, smoothing, horizon);
+            shots.extend(thin(of_run, smoothing, MOST_SHOTS, GROUP));
         }
         let travel = (0..campaign.runs.len())
             .map(|r| {

@@ -43,6 +43,8 @@ pub struct Smoothing {
     pub stick_slip: StickSlip,
     /// Median time in s from break-away to break-away; NaN without stick-slip.
     pub cycle: f64,
+    /// Time in s of the run's first sample, from which the phases count.
+    pub first_time: f64,
 }
 
 /// Estimates motion and phases of a run with the linear structure as known.
@@ -92,7 +94,11 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
     let mut cycles: Vec<f64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
     cycles.sort_by(f64::total_cmp);
     let cycle = cycles.get(cycles.len() / 2).copied().unwrap_or(f64::NAN);
-    Ok(Smoothing { stick_slip, cycle })
+    Ok(Smoothing {
+        stick_slip,
+        cycle,
+        first_time: run.time[0],
+    })
 }
 
 /// Distance in s from a transition that is far enough for a start, ...
@@ -197,5 +203,41 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
                 state,
             }
         })
+        .collect()
+}
+
+/// At most `most` shots of a run, in groups of `group` neighbours spread evenly over it, those groups first in which
+/// the contact changes its mode: a long record of stick teaches little more than a short one.
+pub fn thin(shots: Vec<Shot>, smoothing: &Smoothing, most: usize, group: usize) -> Vec<Shot> {
+    if shots.len() <= most {
+        return shots;
+    }
+    let phases = &smoothing.stick_slip.phases;
+    let changes = |shot: &Shot, origin: f64| {
+        let (start, end) = (
+            shot.time[0] - origin,
+            shot.time[shot.time.len() - 1] - origin,
+        );
+        phases
+            .iter()
+            .skip(1)
+            .any(|p| p.start > start && p.start < end)
+    };
+    let origin = smoothing.first_time;
+    let groups: Vec<&[Shot]> = shots.chunks(group).collect();
+    let (eventful, quiet): (Vec<usize>, Vec<usize>) =
+        (0..groups.len()).partition(|&g| groups[g].iter().any(|s| changes(s, origin)));
+    let wanted = (most / group).max(1);
+    let evenly = |from: &[usize], count: usize| -> Vec<usize> {
+        (0..count.min(from.len()))
+            .map(|i| from[i * from.len() / count.min(from.len())])
+            .collect()
+    };
+    let mut chosen = evenly(&eventful, wanted);
+    chosen.extend(evenly(&quiet, wanted - chosen.len()));
+    chosen.sort_unstable();
+    chosen
+        .into_iter()
+        .flat_map(|g| groups[g].to_vec())
         .collect()
 }

@@ -1,0 +1,94 @@
+//! Whether what a model leaves is white, as the sensor's noise is.
+//!
+//! The size of the residuals says little more than the noise estimate is good for, a few percent; a wrong model may hide
+//! below that. But what a wrong model leaves is slow beside the sampling, while white noise has the same power at all
+//! frequencies. So the power of the residuals' discrete cosine transform in the lowest fifth of the coefficients is compared
+//! with that in the upper half:
+//!
+//! ```text
+//! colour = median over shots of  mean_{k <= n/5} c_k^2 / mean_{k > n/2} c_k^2
+//! ```
+//!
+//! with the means of the upper half taken over all shots of a run. The fitted start states take a few of the lowest
+//! coefficients, so that noise alone gives somewhat less than 1. Holds for a sampling rate well above the motion's
+//! frequencies and for noise that the recorder has not smoothed.
+
+use super::search::Trial;
+use super::session::Session;
+use super::shot::Shot;
+use crate::error::Error;
+use std::f64::consts::PI;
+
+/// Share of the coefficients, from the lowest, in which a model's errors lie.
+const LOW: f64 = 0.2;
+/// Share from which on only noise is left.
+const HIGH: f64 = 0.5;
+
+/// Power of a trial's residuals at low frequencies over that at high ones, on the shots that it was fitted to; NaN
+/// without shots.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn colour(session: &Session, shots: &[Shot], trial: &Trial) -> Result<f64, Error> {
+    let point = &trial.fit.point;
+    let mut predictor = session.predictor(&trial.hypothesis)?;
+    let runs = session.campaign.runs.len();
+    let (mut high, mut count) = (vec![0.0; runs], vec![0.0; runs]);
+    let mut low = Vec::new();
+    let mut y = Vec::new();
+    for (i, shot) in shots.iter().enumerate() {
+        let (own, state) = (&point.own[shot.run], &point.states[i]);
+        let all = shot.time.len();
+        let stuck = point.stuck[i];
+        let done = predictor.predict(shot, &point.shared, own, state, stuck, all, 1, &mut y);
+        // A gap would look like motion.
+        if !matches!(done, Ok(true)) || shot.trusted.iter().any(|t| !t) {
+            continue;
+        }
+        let rest: Vec<f64> = shot.measured.iter().zip(&y).map(|(m, y)| m - y).collect();
+        let n = rest.len();
+        let power: Vec<f64> = (1..n).map(|c| coefficient(&rest, c).powi(2)).collect();
+        let (lowest, highest) = ((LOW * n as f64) as usize, (HIGH * n as f64) as usize);
+        if lowest < 4 {
+            continue;
+        }
+        low.push((
+            shot.run,
+            power[..lowest].iter().sum::<f64>() / lowest as f64,
+        ));
+        high[shot.run] += power[highest..].iter().sum::<f64>();
+        count[shot.run] += (power.len() - highest) as f64;
+    }
+    let mut ratios: Vec<f64> = low
+        .iter()
+        .map(|&(run, power)| power * count[run] / high[run])
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    Ok(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN))
+}
+
+/// Coefficient `c` of the orthonormal cosine transform (type II).
+fn coefficient(values: &[f64], c: usize) -> f64 {
+    let n = values.len() as f64;
+    let step = PI * c as f64 / n;
+    let sum: f64 = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| v * (step * (i as f64 + 0.5)).cos())
+        .sum();
+    sum * (2.0 / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_transform_keeps_the_power_of_what_has_no_mean() {
+        let values: Vec<f64> = (0..64).map(|i| (0.3 * f64::from(i)).sin()).collect();
+        let mean = values.iter().sum::<f64>() / 64.0;
+        let centred: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        let power: f64 = (1..64).map(|c| coefficient(&values, c).powi(2)).sum();
+        assert!((power / centred - 1.0).abs() < 1e-12);
+    }
+}
