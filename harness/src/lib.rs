@@ -7,6 +7,7 @@
 pub mod cli;
 pub mod command;
 pub mod diagnose;
+pub mod dimension;
 pub mod error;
 pub mod fmu;
 pub mod measurement;
