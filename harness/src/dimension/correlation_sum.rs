@@ -43,6 +43,8 @@ pub struct SumSettings {
     pub norm: Norm,
     /// Number of radii.
     pub radii: usize,
+    /// Range to cut the radii from, if not that of the series: for sums that are to be compared.
+    pub range: Option<f64>,
     /// Threads; 0 takes one for each processor.
     pub threads: usize,
     /// Machine instructions.
@@ -58,6 +60,7 @@ impl Default for SumSettings {
             thin: 1,
             norm: Norm::Maximum,
             radii: 40,
+            range: None,
             threads: 0,
             instructions: Instructions::Widest,
         }
@@ -96,15 +99,15 @@ impl CorrelationSum {
     /// # Errors
     /// [`DimensionError`] where a setting does not fit the series, or the count was stopped.
     ///
-    /// Source: Grassberger and Procaccia, Physica D 9 (1983) 189, eq. (5); Stelter 1992, eq. (13); time window: Theiler,
-    /// Phys. Rev. A 34 (1986) 2427, eq. (4).
+    /// Source: Grassberger and Procaccia, Physica D 9 (1983) 189; Stelter 1992, eq. (13); time window: Theiler,
+    /// Phys. Rev. A 34 (1986) 2427.
     pub fn count(
         series: &[f64],
         settings: &SumSettings,
         progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<CorrelationSum, DimensionError> {
         check(series, settings)?;
-        let range = range(series)?;
+        let range = settings.range.unwrap_or(range(series)?);
         let squared = settings.norm == Norm::Euclidean;
         let largest = match settings.norm {
             Norm::Maximum => range,
