@@ -52,11 +52,6 @@ impl SquareCounter {
         }
         out
     }
-
-    /// Forgets all pairs.
-    pub fn clear(&mut self) {
-        self.histograms.fill([[0; 256]; TURNS]);
-    }
 }
 
 #[multiversion(targets(
