@@ -61,10 +61,11 @@ pub fn find_period(series: &[f64]) -> Option<Periodicity> {
         times *= 2.0;
         let near = (times * period).round() as usize;
         // The true minimum may be a sample away while the period is still rough.
-        let at = (near.saturating_sub(2).max(1)..=(near + 2).min(most - 2))
-            .min_by(|a, b| d[*a].total_cmp(&d[*b]))?;
+        let reach = (0.25 * period).min(2.0) as usize;
+        let at =
+            (near - reach..=(near + reach).min(most - 2)).min_by(|a, b| d[*a].total_cmp(&d[*b]))?;
         let (place, value) = bottom(at);
-        if (place / times - period).abs() > 0.5 * period {
+        if (place / times - period).abs() > 0.25 * period {
             break;
         }
         period = place / times;

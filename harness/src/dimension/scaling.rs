@@ -29,8 +29,8 @@ impl RegionSettings {
     pub fn of(sum: &CorrelationSum) -> RegionSettings {
         let along = (sum.settings.delay / sum.settings.thin).max(1) as u64;
         RegionSettings {
-            // Pairs come in runs along the trajectory, about one delay long.
-            fewest_pairs: 300 * along.clamp(1, 20),
+            // Pairs come in runs about one delay long along the trajectory, and at as many neighbouring lags.
+            fewest_pairs: (150 * along * sum.settings.delay as u64).clamp(500, 20_000),
             largest_sum: 0.02,
             largest_radius: 1.0 / 16.0,
             octaves: 2.0,

@@ -114,7 +114,12 @@ pub fn mackey_glass(tau: f64, interval: f64, count: usize) -> Vec<f64> {
         let k4 = rate(now + h * k3, next);
         x.push(now + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4));
     }
-    x[past + 500 * every..].iter().copied().step_by(every).take(count).collect()
+    x[past + 500 * every..]
+        .iter()
+        .copied()
+        .step_by(every)
+        .take(count)
+        .collect()
 }
 
 /// A sum of sines of incommensurable frequencies: a torus.
@@ -122,7 +127,9 @@ pub fn torus(frequencies: &[f64], count: usize) -> Vec<f64> {
     (0..count)
         .map(|i| {
             let parts = frequencies.iter().enumerate();
-            parts.map(|(j, f)| (TAU * f * i as f64 + 0.7 * j as f64).sin()).sum()
+            parts
+                .map(|(j, f)| (TAU * f * i as f64 + 0.7 * j as f64).sin())
+                .sum()
         })
         .collect()
 }
@@ -170,5 +177,9 @@ pub fn noisy(series: &[f64], decibel: f64, seed: u64) -> Vec<f64> {
     let std = (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
     let size = std * 10f64.powf(-decibel / 20.0);
     let noise = gaussian(seed, series.len());
-    series.iter().zip(noise).map(|(x, e)| x + size * e).collect()
+    series
+        .iter()
+        .zip(noise)
+        .map(|(x, e)| x + size * e)
+        .collect()
 }

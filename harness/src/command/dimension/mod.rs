@@ -63,7 +63,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 15_000)]
     samples: usize,
     /// Sample interval in s; with --fmu
-    #[arg(long, value_name = "S", default_value_t = 1e-3)]
+    #[arg(long, value_name = "S", default_value_t = 2.5e-4)]
     step: f64,
     /// Time to simulate before the first sample, in s; with --fmu
     #[arg(long, value_name = "S", default_value_t = 5.0)]
