@@ -53,7 +53,7 @@ pub struct Region {
     pub to: f64,
     /// First and last embedding dimension that agree.
     pub dimensions: (usize, usize),
-    /// Slope: the mean over those dimensions.
+    /// Slope: the mean over those dimensions, weighted by the pairs within the smallest radius.
     pub slope: f64,
     /// Slope of each of them.
     pub slopes: Vec<f64>,
@@ -70,8 +70,11 @@ impl Region {
     /// The slope of another sum of the same form (a part of the data, say) in the same region.
     pub fn slope_of(&self, sum: &CorrelationSum) -> f64 {
         let (first, last) = self.dimensions;
-        let each = (first..=last).map(|m| fitted_slope(sum, m, self.radii.0, self.radii.1).0);
-        each.sum::<f64>() / (last - first + 1) as f64
+        let each = (first..=last).map(|m| {
+            let slope = fitted_slope(sum, m, self.radii.0, self.radii.1).0;
+            (sum.counts[m - 1][self.radii.0] as f64, slope)
+        });
+        weighted_mean(each)
     }
 }
 
@@ -189,7 +192,8 @@ fn candidate(
             continue;
         }
         let n = run.len() as f64;
-        let slope = run.iter().map(|r| r.1).sum::<f64>() / n;
+        let pairs = |m: usize| sum.counts[m - 1][radii.0] as f64;
+        let slope = weighted_mean(run.iter().map(|r| (pairs(r.0), r.1)));
         let variance = run.iter().map(|r| (r.1 / slope - 1.0).powi(2)).sum::<f64>() / n;
         let misfit = run.iter().map(|r| r.2 * r.2).sum::<f64>() / n;
         let weight = octaves.powi(2)
@@ -205,6 +209,14 @@ fn candidate(
         });
     }
     None
+}
+
+/// Mean of values with weights in front. Slopes are weighted by the pairs they rest on.
+fn weighted_mean(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (sum, weight) = values.fold((0.0, 0.0), |(s, w), (weight, value)| {
+        (s + weight * value, w + weight)
+    });
+    sum / weight
 }
 
 /// Largest less smallest slope, as share of their mean.

@@ -57,27 +57,21 @@ impl Verdict {
     }
 }
 
-/// Step of a rounded series, as share of the smallest radius of the region, above which the rounding is felt.
-const FELT: f64 = 0.25;
-
 /// What the reader must know of an analysis.
 pub(super) fn remarks(a: &Analysis, settings: &Settings) -> Vec<String> {
     let mut out = Vec::new();
     let bound = a.eckmann_ruelle_bound();
     if let Some(q) = a.quantisation {
-        let from = a.region.as_ref().map_or(f64::INFINITY, |r| r.from);
         let action = match settings.dither {
             true => "noise of one step's width was added",
             false => {
                 "radii of a few steps count steps, not distances; --dither adds noise of one step's width"
             }
         };
-        if settings.dither || q.step > FELT * from || a.region.is_none() {
-            out.push(format!(
-                "The series is rounded to {} levels: {action}.",
-                q.levels + 1
-            ));
-        }
+        out.push(format!(
+            "The series is rounded to {} levels: {action}.",
+            q.levels + 1
+        ));
     }
     if a.missing > 0 {
         out.push(format!(

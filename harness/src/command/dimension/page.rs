@@ -33,7 +33,7 @@ pub fn html(series: &Series, a: &Analysis) -> String {
         ]);
     if a.region.is_some() {
         page = page
-            .figure(&pictures::over_dimensions(a))
+            .figures(&[&pictures::over_dimensions(a)])
             .table(&per_dimension(a));
     }
     page = page.section("What the choices rest on").figures(&[
@@ -41,7 +41,7 @@ pub fn html(series: &Series, a: &Analysis) -> String {
         &pictures::separation(series, a),
     ]);
     if let Some(divergence) = pictures::divergence(series, a) {
-        page = page.figure(&divergence);
+        page = page.figures(&[&divergence]);
     }
     let bound = format!(
         "With N = {} samples no dimension above 2 log10 N = {:.1} can be measured (Eckmann and Ruelle 1992). The bound is necessary, by far not \
