@@ -62,14 +62,42 @@ fn main() {
         let x = attractors::lorenz(0, 0.02, count);
         let cases = [
             ("one thread", USUAL),
-            ("AVX2 at most", SumSettings { instructions: Instructions::Avx2, ..USUAL }),
-            ("instructions of the build", SumSettings { instructions: Instructions::Build, ..USUAL }),
-            ("all threads", SumSettings { threads: 0, ..USUAL }),
-            ("one thread, thinned by the delay", SumSettings { thin: 8, ..USUAL }),
-            ("one thread, Euclidean norm", SumSettings { norm: Norm::Euclidean, ..USUAL }),
+            (
+                "AVX2 at most",
+                SumSettings {
+                    instructions: Instructions::Avx2,
+                    ..USUAL
+                },
+            ),
+            (
+                "instructions of the build",
+                SumSettings {
+                    instructions: Instructions::Build,
+                    ..USUAL
+                },
+            ),
+            (
+                "all threads",
+                SumSettings {
+                    threads: 0,
+                    ..USUAL
+                },
+            ),
+            (
+                "one thread, thinned by the delay",
+                SumSettings { thin: 8, ..USUAL },
+            ),
+            (
+                "one thread, Euclidean norm",
+                SumSettings {
+                    norm: Norm::Euclidean,
+                    ..USUAL
+                },
+            ),
         ];
         for (name, settings) in cases {
-            let slow = settings.instructions == Instructions::Build || settings.norm == Norm::Euclidean;
+            let slow =
+                settings.instructions == Instructions::Build || settings.norm == Norm::Euclidean;
             if count == 200_000 && slow {
                 continue;
             }
@@ -95,10 +123,22 @@ fn peers(x: &[f64]) {
     let venv = root.join("target/bench-venv");
     let python = venv.join("bin/python");
     let run = |program: &Path, arguments: &[&str]| {
-        Command::new(program).args(arguments).status().is_ok_and(|s| s.success())
+        Command::new(program)
+            .args(arguments)
+            .status()
+            .is_ok_and(|s| s.success())
     };
-    let ready = python.is_file() || run(Path::new("python3"), &["-m", "venv", &venv.to_string_lossy()]);
-    if !ready || !run(&python, &["-m", "pip", "install", "-q", "nolds==0.6.2", "scikit-learn"]) {
+    let ready = python.is_file()
+        || run(
+            Path::new("python3"),
+            &["-m", "venv", &venv.to_string_lossy()],
+        );
+    if !ready
+        || !run(
+            &python,
+            &["-m", "pip", "install", "-q", "nolds==0.6.2", "scikit-learn"],
+        )
+    {
         println!("peers skipped: Python or its packages are not available");
         return;
     }
@@ -106,6 +146,9 @@ fn peers(x: &[f64]) {
     let text: String = x.iter().map(|v| format!("{v}\n")).collect();
     std::fs::write(&file, text).expect("writable");
     let script = root.join("benches/peers/correlation_sum.py");
-    run(&python, &[&script.to_string_lossy(), &file.to_string_lossy()]);
+    run(
+        &python,
+        &[&script.to_string_lossy(), &file.to_string_lossy()],
+    );
     let _ = std::fs::remove_file(file);
 }
