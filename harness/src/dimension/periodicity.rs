@@ -23,7 +23,10 @@ const GROWTH: f64 = 1.5;
 impl Periodicity {
     /// Repeats, apart from noise: what is left after one period does not grow with the number of periods.
     pub fn repeats(&self) -> bool {
-        self.after_many < REPEATS && self.after_many < GROWTH * self.after_one + EXACT
+        // A parabola through three samples misses the bottom of a cosine by about this much.
+        let between_samples = (std::f64::consts::PI / self.period).powi(4) / 12.0;
+        self.after_many < REPEATS
+            && self.after_many < GROWTH * self.after_one + EXACT + between_samples
     }
 
     /// Repeats so exactly that no chaos is left to find.
