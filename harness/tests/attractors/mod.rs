@@ -93,7 +93,9 @@ pub fn logistic(seed: u64, count: usize) -> Vec<f64> {
 }
 
 fn map(count: usize, mut next: impl FnMut() -> f64) -> Vec<f64> {
-    (0..500).for_each(|_| drop(next()));
+    (0..500).for_each(|_| {
+        next();
+    });
     (0..count).map(|_| next()).collect()
 }
 

@@ -3,7 +3,7 @@
 use super::series::Series;
 use super::{pictures, terminal};
 use crate::dimension::{Analysis, Verdict};
-use crate::report::{Cell, Colour, Page, Table, number};
+use crate::report::{Cell, Colour, Figure, Page, Table, number};
 
 /// The finished document.
 pub fn html(series: &Series, a: &Analysis) -> String {
@@ -36,13 +36,11 @@ pub fn html(series: &Series, a: &Analysis) -> String {
             .figures(&[&pictures::over_dimensions(a)])
             .table(&per_dimension(a));
     }
-    page = page.section("What the choices rest on").figures(&[
-        &pictures::delay(series, a),
-        &pictures::separation(series, a),
-    ]);
-    if let Some(divergence) = pictures::divergence(series, a) {
-        page = page.figures(&[&divergence]);
-    }
+    let (delay, separation) = (pictures::delay(series, a), pictures::separation(series, a));
+    let divergence = pictures::divergence(series, a);
+    let mut grounds: Vec<&dyn Figure> = vec![&delay, &separation];
+    grounds.extend(divergence.iter().map(|d| d as &dyn Figure));
+    page = page.section("What the choices rest on").figures(&grounds);
     let bound = format!(
         "With N = {} samples no dimension above 2 log10 N = {:.1} can be measured (Eckmann and Ruelle 1992). The bound is necessary, by far not \
          sufficient. The paper's D_C = 5.1 for its irregular motion rests on about 15 000 samples, where the bound is 8.4: it is not excluded. But with as \

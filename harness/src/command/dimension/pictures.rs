@@ -43,17 +43,23 @@ fn unit(series: &Series) -> &str {
 pub fn embedding(series: &Series, a: &Analysis) -> Plot {
     let every = (series.values.len() / POINTS).max(1);
     let count = series.values.len() - a.delay;
-    let x: Vec<f64> = (0..count)
-        .step_by(every)
-        .map(|i| series.values[i])
-        .collect();
+    let largest = series.values.iter().fold(0.0_f64, |l, v| l.max(v.abs()));
+    let (factor, prefix) = match largest {
+        _ if unit(series) != "m" => (1.0, ""),
+        l if l < 1e-4 => (1e6, "µ"),
+        l if l < 0.1 => (1e3, "m"),
+        _ => (1.0, ""),
+    };
+    let unit = format!("{prefix}{}", unit(series));
+    let shown = |i: usize| factor * series.values[i];
+    let x: Vec<f64> = (0..count).step_by(every).map(shown).collect();
     let y: Vec<f64> = (0..count)
         .step_by(every)
-        .map(|i| series.values[i + a.delay])
+        .map(|i| shown(i + a.delay))
         .collect();
     Plot::new(
-        Axis::linear(&format!("{} at t", series.quantity), unit(series)),
-        Axis::linear("the same one delay later", unit(series)),
+        Axis::linear(&format!("{} at t", series.quantity), &unit),
+        Axis::linear("the same one delay later", &unit),
     )
     .caption("The series against itself one delay later (eq. 12; upper half of Figures 15 and 16 of the paper).")
     .cloud("samples", Colour::Blue, &x, &y)
