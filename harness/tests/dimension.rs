@@ -78,7 +78,7 @@ fn double_loop(x: &[f64], s: &SumSettings, sum: &CorrelationSum) -> Vec<Vec<u64>
     // The squares of radii of the Euclidean norm are exact; their roots are rounded.
     let step = |r: &f64| {
         if squared {
-            f64::from_bits((r * r).to_bits() + (1 << 20) >> 21 << 21)
+            f64::from_bits((((r * r).to_bits() + (1 << 20)) >> 21) << 21)
         } else {
             *r
         }
