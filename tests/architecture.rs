@@ -332,6 +332,17 @@ fn imports_within_the_harness_go_one_way() {
         &["observer", "dimension", "diagnose", "fmu", "measurement"],
     );
     check("observer", &["diagnose", "report", "fmu"]);
+    check(
+        "dimension",
+        &[
+            "observer",
+            "diagnose",
+            "metric",
+            "report",
+            "fmu",
+            "measurement",
+        ],
+    );
     none(
         "command -> {observer, dimension, diagnose, metric, report} -> {measurement, fmu}",
         breaches,

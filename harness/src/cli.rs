@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::command::{
-    blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects,
+    blind_test, compare, demo, diagnose, dimension, effects, observe, pack, simulate, try_effects,
 };
 
 /// Exit codes, as the help shows them.
@@ -42,6 +42,8 @@ pub enum Command {
     BlindTest(blind_test::Arguments),
     /// Estimate friction force and friction characteristic from one measured run
     Observe(observe::Arguments),
+    /// Correlation dimension of a measured or simulated series, and whether it has one
+    Dimension(dimension::Arguments),
     /// List the physical effects that an FMU offers, or explain one
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu

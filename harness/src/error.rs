@@ -172,6 +172,32 @@ pub enum Error {
         needed: usize,
     },
 
+    /// A column to analyse that is not there, or is not named where there are several.
+    #[error("{}: {}; the header has {}{}; name one with --column", path.display(),
+        wanted.as_ref().map_or("several columns".to_owned(), |w| format!("no column '{w}'")), quoted(present), suggestion(nearest))]
+    ColumnChoice {
+        /// The CSV file.
+        path: PathBuf,
+        /// The column asked for.
+        wanted: Option<String>,
+        /// The columns there are.
+        present: Vec<String>,
+        /// The ones most like it.
+        nearest: Vec<String>,
+    },
+    /// Times that are not even, nor even with gaps.
+    #[error("{}:{line}: this sample lies {share:.2} sample intervals off an even grid of {interval} s; resample the series at even times", path.display())]
+    UnevenTimes {
+        /// The CSV file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: u64,
+        /// Distance from the grid, as share of the interval.
+        share: f64,
+        /// The grid's interval, s.
+        interval: f64,
+    },
+
     // ---- FMU file
     /// Not a zip archive, or a damaged one.
     #[error("{}: not a readable .fmu (zip) file: {reason}; it may be cut off, copy or export it again", path.display())]
@@ -281,6 +307,14 @@ pub enum Error {
         value: String,
         /// What is allowed.
         rule: String,
+    },
+    /// A series without a correlation dimension.
+    #[error("{series}: {source}")]
+    Dimension {
+        /// The series.
+        series: String,
+        /// Why not, and what to do.
+        source: crate::dimension::DimensionError,
     },
     /// The observer cannot work with a run.
     #[error("{}: {source}", path.display())]

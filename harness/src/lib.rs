@@ -1,12 +1,13 @@
 //! The harness: loads an FMU, compares it with measurements, finds the missing effect.
 //!
 //! It knows a model by its .fmu file alone, so it works on other people's FMUs.
-//! Imports go one way: `command` -> {`observer`, `diagnose`, `metric`, `report`} -> {`measurement`, `fmu`}.
+//! Imports go one way: `command` -> {`observer`, `dimension`, `diagnose`, `metric`, `report`} -> {`measurement`, `fmu`}.
 #![forbid(unsafe_code)]
 
 pub mod cli;
 pub mod command;
 pub mod diagnose;
+pub mod dimension;
 pub mod error;
 pub mod fmu;
 pub mod measurement;

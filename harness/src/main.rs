@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
 use stickslip::command::{
-    blind_test, compare, demo, diagnose, effects, observe, pack, simulate, try_effects,
+    blind_test, compare, demo, diagnose, dimension, effects, observe, pack, simulate, try_effects,
 };
 
 fn main() -> ExitCode {
@@ -18,6 +18,7 @@ fn main() -> ExitCode {
         Some(Command::Try(arguments)) => try_effects::run(&arguments),
         Some(Command::BlindTest(arguments)) => blind_test::run(&arguments),
         Some(Command::Observe(arguments)) => observe::run(&arguments),
+        Some(Command::Dimension(arguments)) => dimension::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
     };

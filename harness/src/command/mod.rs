@@ -5,6 +5,7 @@ pub mod compare;
 pub mod demo;
 pub mod diagnose;
 mod diagnose_page;
+pub mod dimension;
 pub mod effects;
 pub mod observe;
 pub mod operating_point;

@@ -70,13 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
-    let mut settings = Vec::new();
-    for text in &arguments.settings {
-        match text.strip_prefix('@') {
-            Some(file) => settings.extend(settings_of(Path::new(file))?),
-            None => settings.push(setting(text)?),
-        }
-    }
+    let settings = start_values(&arguments.settings)?;
     let step = positive("--step", arguments.step)?;
     let steps = (positive("--duration", arguments.duration)? / step)
         .round()
@@ -120,6 +114,18 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
         csv.push('\n');
     }
     Ok(csv)
+}
+
+/// Start values as `--set` gives them: NAME=VALUE, or @FILE with one per line.
+pub(super) fn start_values(options: &[String]) -> Result<Vec<(String, f64)>, Error> {
+    let mut settings = Vec::new();
+    for text in options {
+        match text.strip_prefix('@') {
+            Some(file) => settings.extend(settings_of(Path::new(file))?),
+            None => settings.push(setting(text)?),
+        }
+    }
+    Ok(settings)
 }
 
 fn positive(option: &'static str, value: f64) -> Result<f64, Error> {

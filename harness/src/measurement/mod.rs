@@ -14,6 +14,7 @@
 //! reported, never filled.
 
 mod campaign_file;
+mod column;
 mod csv_table;
 mod faults;
 mod noise;
@@ -21,6 +22,7 @@ mod sampling;
 
 use std::path::{Path, PathBuf};
 
+pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};

@@ -1,0 +1,181 @@
+//! `stickslip dimension`: correlation dimension of a measured or simulated series.
+
+mod files;
+mod page;
+mod pictures;
+mod series;
+mod terminal;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::dimension::{Norm, Settings, Watch, analyse};
+use crate::error::Error;
+use crate::output::{make_folder, write_file};
+
+/// Norms, as the option has them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum NormOption {
+    /// Largest difference of a component; the fastest
+    Max,
+    /// Root of the sum of squares
+    Euclid,
+}
+
+/// Options of `dimension`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// CSV file with the series, one sample per line; a first column of times, if named time or time_s, gives the sampling
+    #[arg(
+        value_name = "SERIES.csv",
+        required_unless_present = "fmu",
+        conflicts_with = "fmu"
+    )]
+    series: Option<PathBuf>,
+    /// Column of the CSV file [default: tip_displacement_m, tip_displacement, or the only one beside the time]
+    #[arg(long, value_name = "NAME")]
+    column: Option<String>,
+    /// FMU to simulate instead of reading a series; "own" is this repository's StickSlipBeam, packed on the spot
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Belt velocity in m/s, any sign; with --fmu
+    #[arg(
+        long,
+        value_name = "M/S",
+        default_value_t = 0.1,
+        allow_negative_numbers = true
+    )]
+    belt_velocity: f64,
+    /// Normal force in N; with --fmu
+    #[arg(long, value_name = "N", default_value_t = 100.0)]
+    normal_force: f64,
+    /// Start value of any variable of the FMU, in the variable's unit, or @FILE with one per line; may be repeated; with --fmu
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
+    /// Output of the FMU to analyse
+    #[arg(long, value_name = "NAME", default_value = "tip_displacement")]
+    variable: String,
+    /// Samples to simulate; with --fmu
+    #[arg(long, value_name = "N", default_value_t = 15_000)]
+    samples: usize,
+    /// Sample interval in s; with --fmu
+    #[arg(long, value_name = "S", default_value_t = 2.5e-4)]
+    step: f64,
+    /// Time to simulate before the first sample, in s; with --fmu
+    #[arg(long, value_name = "S", default_value_t = 5.0)]
+    settle: f64,
+    /// Add white noise this many dB below the standard deviation of the series
+    #[arg(long, value_name = "DB")]
+    noise_db: Option<f64>,
+    /// Delay in samples [default: first minimum of the mutual information]
+    #[arg(long, value_name = "N")]
+    delay: Option<usize>,
+    /// Theiler window in samples [default: from the space-time separation]
+    #[arg(long, value_name = "N")]
+    theiler: Option<usize>,
+    /// Largest embedding dimension, 4 to 30
+    #[arg(long, value_name = "M", default_value_t = 10)]
+    max_dimension: usize,
+    /// How the distance of two delay vectors is measured
+    #[arg(long, value_enum, default_value = "max")]
+    norm: NormOption,
+    /// Smallest and largest radius of the scaling region, in the unit of the series, as LOW,HIGH [default: found]
+    #[arg(long, value_name = "LOW,HIGH", value_delimiter = ',', num_args = 2)]
+    region: Option<Vec<f64>>,
+    /// Every N-th vector only is the first of a pair; 1 counts all pairs [default: 1, the delay above 60000 samples]
+    #[arg(long, value_name = "N")]
+    thin: Option<usize>,
+    /// Surrogate series to compare with, 19 to 999
+    #[arg(long, value_name = "N", default_value_t = 39)]
+    surrogates: usize,
+    /// Seed of surrogates, noise and dither
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Add even noise of one step's width to a rounded series
+    #[arg(long)]
+    dither: bool,
+    /// Folder for dimension.json, correlation_sum.csv and dimension.html
+    #[arg(short, long, value_name = "DIR", default_value = "dimension")]
+    output: PathBuf,
+    /// Print dimension.json instead of the summary
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let watch = Bar::new();
+    let series = series::get(arguments)?;
+    let settings = Settings {
+        delay: arguments.delay,
+        theiler: arguments.theiler,
+        max_dimension: arguments.max_dimension,
+        norm: match arguments.norm {
+            NormOption::Max => Norm::Maximum,
+            NormOption::Euclid => Norm::Euclidean,
+        },
+        thin: arguments.thin,
+        region: arguments.region.as_ref().map(|r| (r[0], r[1])),
+        surrogates: arguments.surrogates,
+        seed: arguments.seed,
+        dither: arguments.dither,
+    };
+    let analysis =
+        analyse(&series.values, &settings, &watch).map_err(|source| Error::Dimension {
+            series: series.name.clone(),
+            source,
+        })?;
+    watch.bar.finish_and_clear();
+    make_folder(&arguments.output)?;
+    let into = |name: &str| arguments.output.join(name);
+    let json = files::json(&series, &analysis);
+    write_file(&into("dimension.json"), json.as_bytes())?;
+    write_file(
+        &into("correlation_sum.csv"),
+        files::sums(&analysis).as_bytes(),
+    )?;
+    let report = into("dimension.html");
+    write_file(&report, page::html(&series, &analysis).as_bytes())?;
+    if arguments.json {
+        println!("{json}");
+    } else {
+        print!("{}", terminal::summary(&series, &analysis));
+        println!("Report: {}", report.display());
+    }
+    Ok(())
+}
+
+/// A bar on the terminal; Ctrl-C stops at the next pause.
+struct Bar {
+    bar: ProgressBar,
+    stop: Arc<AtomicBool>,
+}
+
+impl Bar {
+    fn new() -> Bar {
+        let bar = ProgressBar::new(1);
+        bar.set_style(
+            ProgressStyle::with_template("{elapsed_precise} {bar:30} {percent} % {msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = stop.clone();
+        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+        Bar { bar, stop }
+    }
+}
+
+impl Watch for Bar {
+    fn step(&self, what: &str, done: usize, of: usize) {
+        self.bar.set_length(of as u64);
+        self.bar.set_position(done as u64);
+        self.bar.set_message(what.to_owned());
+    }
+    fn stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
