@@ -231,7 +231,7 @@ pub fn conclude(
         rungs.trials.len() - 1
     };
     let trial = &rungs.trials[last];
-    let summary = words(session, verdict, &effects, &ladder);
+    let summary = words(session, verdict, &effects, &ladder, &rungs.colour);
     let next_measurement = match verdict {
         Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
         _ => None,

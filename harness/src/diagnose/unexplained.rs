@@ -21,6 +21,11 @@ const BINS: usize = 40;
 /// Samples of a run that a spectrum uses at most.
 const MOST_SAMPLES: usize = 1500;
 
+/// Step of a spectrum in units of the reciprocal of the record's length.
+const FINE: f64 = 0.2;
+/// Steps of a spectrum at most.
+const MOST_WAVES: f64 = 6000.0;
+
 /// A sample in slip.
 #[derive(Debug, Clone, Copy)]
 pub struct SlipSample {
@@ -110,17 +115,25 @@ pub(super) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
 /// The strongest lines of what remains, with amplitude relative to the expected force and a phase for
 /// each run.
 pub fn lines(session: &Session, argument: Argument, range: (f64, f64), most: usize) -> Vec<Line> {
-    let runs: Vec<Vec<SlipSample>> = slip_samples(session)
-        .into_iter()
-        .map(|samples| {
-            let every = samples.len().div_ceil(MOST_SAMPLES).max(1);
-            samples.into_iter().step_by(every).collect()
-        })
-        .collect();
     let place = |s: &SlipSample| match argument {
         Argument::Time => s.time,
         Argument::Travel => s.travel,
     };
+    let (low, high) = match argument {
+        Argument::Time => range,
+        Argument::Travel => (range.1.recip(), range.0.recip()),
+    };
+    // A long record would need a spectrum as fine as it is long: its beginning is enough for a start.
+    let longest = FINE * MOST_WAVES / (high - low);
+    let runs: Vec<Vec<SlipSample>> = slip_samples(session)
+        .into_iter()
+        .map(|mut samples| {
+            let first = samples.first().map_or(0.0, place);
+            samples.retain(|s| place(s) - first <= longest);
+            let every = samples.len().div_ceil(MOST_SAMPLES).max(1);
+            samples.into_iter().step_by(every).collect()
+        })
+        .collect();
     let extent = runs
         .iter()
         .filter_map(|samples| Some(place(samples.last()?) - place(samples.first()?)))
@@ -128,11 +141,7 @@ pub fn lines(session: &Session, argument: Argument, range: (f64, f64), most: usi
     if extent <= 0.0 {
         return Vec::new();
     }
-    let (low, high) = match argument {
-        Argument::Time => range,
-        Argument::Travel => (range.1.recip(), range.0.recip()),
-    };
-    let fine = 0.2 / extent;
+    let fine = FINE / extent;
     let low = low.max(0.3 / extent);
     let mut rests: Vec<Vec<f64>> = runs
         .iter()

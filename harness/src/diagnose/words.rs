@@ -1,5 +1,6 @@
 //! A diagnosis in words: the summary, and remarks on the data.
 
+use super::contender::FLOOR_COLOUR;
 use super::outcome::{FoundEffect, Rung, Verdict};
 use super::search::Trial;
 use super::select::Selection;
@@ -61,12 +62,16 @@ pub(super) fn remarks(session: &Session, trial: &Trial, selection: &Selection) -
     out
 }
 
+/// Errors below this many times the noise look like noise by their size.
+const NEARLY_NOISE: f64 = 1.5;
+
 /// What was found and how sure it is, in plain words.
 pub(super) fn words(
     session: &Session,
     verdict: Verdict,
     effects: &[FoundEffect],
     ladder: &[Rung],
+    colour: &[f64],
 ) -> String {
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
@@ -110,9 +115,20 @@ pub(super) fn words(
             "Nothing is missing: the calibrated model explains the data down to {:.2} times the sensor noise, and no candidate improves it by more than chance.",
             calibrated.holdout_over_noise
         ),
-        Verdict::UnknownEffect => format!(
-            "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.",
-            calibrated.holdout_over_noise
-        ),
+        Verdict::UnknownEffect => {
+            let left = colour.last().copied().unwrap_or(f64::NAN);
+            let near = if last.holdout_over_noise < NEARLY_NOISE && left > FLOOR_COLOUR {
+                format!(
+                    " The last step of the ladder comes to {:.2} times the sensor noise, but what it leaves is not white as noise is: its low frequencies have {left:.2} times the power of its high ones.",
+                    last.holdout_over_noise
+                )
+            } else {
+                String::new()
+            };
+            format!(
+                "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.{near}",
+                calibrated.holdout_over_noise
+            )
+        }
     }
 }
