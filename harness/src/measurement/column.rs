@@ -24,7 +24,7 @@ const TIMES: [&str; 3] = ["time", "time_s", "t"];
 /// Columns taken without being asked for.
 const USUAL: [&str; 2] = ["tip_displacement_m", "tip_displacement"];
 /// Share of the interval that a sample may lie off the grid.
-const OFF_GRID: f64 = 0.25;
+const OFF_GRID: f64 = 0.1;
 
 /// Reads a column. Lines that begin with `#` are comments; an empty field or `NaN` is a missing sample, and so is a gap in the times.
 ///
