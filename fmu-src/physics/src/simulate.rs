@@ -358,7 +358,8 @@ impl Simulation {
         self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
-        self.departed = self.front_mode != ContactMode::Stuck && !self.model.is_at_rest(self.time, &x);
+        self.departed =
+            self.front_mode != ContactMode::Stuck && !self.model.is_at_rest(self.time, &x);
         self.stepper.next_length = self.first_slip_step;
         self.begin_piece();
         Ok(())

@@ -91,8 +91,7 @@ fn val_transitions_of_the_golden_cases_are_met_to_1e_8_s() {
         env!("CARGO_MANIFEST_DIR"),
         "/../../reference-data/computed/golden/events.json"
     );
-    let cases: Vec<Value> =
-        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let cases: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     for case in &cases {
         let number = |key: &str| case[key].as_f64().unwrap();
         let state: Vec<f64> = case["initial_state"]
@@ -101,8 +100,7 @@ fn val_transitions_of_the_golden_cases_are_met_to_1e_8_s() {
             .iter()
             .map(|x| x.as_f64().unwrap())
             .collect();
-        let inputs =
-            Inputs::constant(number("belt_velocity_m_per_s"), number("normal_force_n"));
+        let inputs = Inputs::constant(number("belt_velocity_m_per_s"), number("normal_force_n"));
         let golden: Vec<(f64, f64)> = case["events"]
             .as_array()
             .unwrap()
@@ -153,7 +151,10 @@ fn an_event_leaves_every_function_off_zero_and_a_second_look_changes_nothing() {
             h = step(&h, H);
             h.update();
             let (mode, state) = (h.mode(), *h.state());
-            assert!(h.event_functions().iter().all(|z| *z > 0.0), "{normal_force}");
+            assert!(
+                h.event_functions().iter().all(|z| *z > 0.0),
+                "{normal_force}"
+            );
             h.update();
             assert_eq!((h.mode(), *h.state()), (mode, state), "{normal_force}");
         }
