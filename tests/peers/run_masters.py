@@ -38,7 +38,7 @@ def run_model_exchange(fmu, case):
     import fmpy
 
     out = fmpy.simulate_fmu(
-        fmu, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-12, stop_time=min(case["stop"], 0.3),
+        fmu, fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-12, stop_time=min(case["stop"], 0.12),
         output_interval=case["step"], start_values=case["starts"], output=OUTPUTS, record_events=False,
     )
     return {name: out[name].tolist() for name in out.dtype.names}

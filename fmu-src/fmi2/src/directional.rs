@@ -13,6 +13,7 @@ use crate::status::Fault;
 use crate::values::{Access, View, find};
 use beam_model_description::{Causality, Quantity};
 use beam_physics::contact::ContactMode;
+use beam_physics::error::PhysicsError;
 use beam_physics::hybrid::Hybrid;
 
 /// Step over the usual magnitude of a known.
@@ -73,15 +74,10 @@ impl Content {
             Ok((0..unknowns.len()).map(slope).collect())
         };
         let slopes = central().or_else(|_| forward())?;
-        let bad = slopes.iter().position(|s| !s.is_finite());
-        if let Some(position) = bad {
-            return Err(Fault::Unsupported {
-                function: Function::GetDirectionalDerivative,
-                what: format!(
-                    "the derivative of '{}', which is not finite here,",
-                    self.layout.variables()[unknowns[position]].name
-                ),
-            });
+        if !slopes.iter().all(|s| s.is_finite()) {
+            let time = self.time;
+            let cause = PhysicsError::NotFinite { time };
+            return Err(Fault::NotEvaluable { time, cause });
         }
         slopes
             .into_iter()

@@ -4,6 +4,7 @@ use crate::instance::Content;
 use crate::lifecycle::{Function, Phase};
 use crate::status::Fault;
 use crate::types::EventInfo;
+use beam_physics::error::PhysicsError;
 use beam_physics::hybrid::{EVENT_FUNCTIONS, Hybrid};
 
 /// Refuses a number of states or indicators that is not this FMU's.
@@ -177,10 +178,18 @@ impl Content {
     /// `fmi2NewDiscreteStates`.
     ///
     /// # Errors
-    /// Tunable parameters with which the equations can't be set up.
+    /// Tunable parameters with which the equations can't be set up; states that lead nowhere, which stay
+    /// as they were.
     pub fn new_discrete_states(&mut self) -> Result<EventInfo, Fault> {
         self.catch_up()?;
-        let jumped = self.hybrid_mut().update();
+        let mut hybrid = self.hybrid_mut().clone();
+        let jumped = hybrid.update();
+        let (time, state) = (hybrid.time(), hybrid.state());
+        if !state.iter().all(|x| x.is_finite()) {
+            let cause = PhysicsError::NotFinite { time };
+            return Err(Fault::NotEvaluable { time, cause });
+        }
+        self.hybrid = Some(hybrid);
         Ok(EventInfo {
             values_of_continuous_states_changed: jumped.into(),
             ..EventInfo::default()

@@ -8,6 +8,7 @@ use crate::status::Fault;
 use beam_model_description::{Causality, Kind, Layout, ModeItem, Quantity, Variable};
 use beam_physics::contact::ContactMode;
 use beam_physics::energy::Energy;
+use beam_physics::error::PhysicsError;
 use beam_physics::hybrid::{Hybrid, Rates};
 use beam_physics::integrate::State;
 use beam_physics::model::Model;
@@ -121,6 +122,12 @@ impl<'a> View<'a> {
             Source::Instant(hybrid) => hybrid.model(),
         }
     }
+    fn time(&self) -> f64 {
+        match self.source {
+            Source::Run(run) => run.time(),
+            Source::Instant(hybrid) => hybrid.time(),
+        }
+    }
     fn contact_mode(&self) -> ContactMode {
         match self.source {
             Source::Run(run) => run.contact_mode(),
@@ -167,7 +174,9 @@ impl<'a> View<'a> {
                 let rates = match self.source {
                     Source::Run(run) => Hybrid::of(run).rates(),
                     Source::Instant(hybrid) => hybrid.rates(),
-                }?;
+                };
+                let time = self.time();
+                let rates = rates.map_err(|cause| Fault::NotEvaluable { time, cause })?;
                 *self.rates.insert(rates)
             }
         };
@@ -280,6 +289,12 @@ impl Content {
                     view.value(quantity, self.values[index])?.unwrap_or(0.0)
                 }
             };
+            // An integrator from outside can go where nothing can be computed any more.
+            if !value.is_finite() {
+                let time = view.time();
+                let cause = PhysicsError::NotFinite { time };
+                return Err(Fault::NotEvaluable { time, cause });
+            }
             write(position, value);
         }
         Ok(())
