@@ -379,7 +379,7 @@ fn random_calls_are_answered_as_the_standard_says() {
         let before = actor.phase;
         let (name, status, expected) = actor.call(&mut random, &mut kept);
         trace.push_back(format!("{who} {name} in {before:?}: {status}"));
-        if trace.len() > 30 {
+        if trace.len() > 90 {
             trace.pop_front();
         }
         let messages = actor.slave.messages();
@@ -388,6 +388,30 @@ fn random_calls_are_answered_as_the_standard_says() {
             Refused => status == ERROR && messages.iter().any(|m| m.category == "logStatusError"),
             DoneOrDiscarded => status == OK || status == DISCARD,
         };
+        if !fits {
+            // What stands in the instance, to find the cause.
+            for name in [
+                "belt_velocity",
+                "normal_force",
+                "friction.mu_0",
+                "friction.level",
+                "sensor_lag.time_constant",
+                "mode[2].frequency",
+                "q[1]",
+                "q_dot[1]",
+                "q[2]",
+                "q_dot[2]",
+                "q[3]",
+                "q_dot[3]",
+                "sensor_lag.state.reading",
+                "relative_velocity",
+            ] {
+                let mut value = [f64::NAN];
+                let status = actor.slave.get_into(&[reference(name)], &mut value);
+                println!("{name} = {:?} ({status})", value[0]);
+            }
+            println!("expected time {}", actor.time);
+        }
         assert!(
             fits,
             "seed {seed}, call {i}: {name} in {before:?} (model exchange: {}) answered {status}, not {expected:?}\n{messages:?}\n{trace:#?}",

@@ -419,14 +419,15 @@ impl Simulation {
             StartContact::Slip
         };
         self.place(contact, false, travel)?;
-        if !was_stuck && self.front_mode != mode && still {
-            // At rest to rounding within slip: the sign of the slip is the one before.
+        if self.model.has_memory() && self.front_mode != mode && still {
+            // At rest to rounding the law with memory goes on with the sign before.
             self.front_mode = mode;
             self.hold(x)?;
         }
-        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it.
-        self.departed |= !was_stuck;
-        if was_stuck && self.front_mode != ContactMode::Stuck {
+        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it. At rest
+        // nothing has departed, or the rest itself would be taken for the end of the slip.
+        self.departed |= !was_stuck && !still;
+        if was_stuck != (self.front_mode == ContactMode::Stuck) {
             self.note(Transition {
                 time: self.time,
                 from: mode,
