@@ -1,6 +1,6 @@
 //! The packed FMU in foreign tools: the validators of FMPy and of the FMU manipulation toolbox find
-//! nothing, and FMPy, libcosim and a run resumed in another process read the same numbers as a run
-//! through the C interface here.
+//! nothing, and FMPy (co-simulation and, with CVode, model exchange), libcosim, ecos, fmu-runner and a run resumed in
+//! another process read the same numbers as a run through the C interface here.
 
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -100,7 +100,7 @@ fn reference_run(case: &Value) -> Vec<(f64, [f64; 10], i32)> {
 }
 
 #[test]
-fn val_fmpy_libcosim_and_a_resumed_run_agree_to_1e_9() {
+fn val_masters_agree_to_1e_9_and_model_exchange_to_1e_4() {
     let folder = tempfile::tempdir().unwrap();
     let fmu = packed(folder.path());
     let (input, output) = (
@@ -108,7 +108,10 @@ fn val_fmpy_libcosim_and_a_resumed_run_agree_to_1e_9() {
         folder.path().join("results.json"),
     );
     std::fs::write(&input, cases().to_string()).unwrap();
+    // ecos looks for its libraries beside the environment's own.
+    let libraries = programs().parent().expect("the environment").join("lib");
     run(Command::new(programs().join("python"))
+        .env("LD_LIBRARY_PATH", libraries)
         .arg(root().join("tests/peers/run_masters.py"))
         .args([&fmu, &input, &output]));
     let results: Value = serde_json::from_str(&std::fs::read_to_string(&output).unwrap()).unwrap();
@@ -118,8 +121,43 @@ fn val_fmpy_libcosim_and_a_resumed_run_agree_to_1e_9() {
         for (master, there) in results[name].as_object().unwrap() {
             let (compared, worst) = compare(&here, there);
             println!("{name}, {master}: {compared} times, worst {worst:.1e}");
-            assert!(compared + 2 > here.len(), "{name}, {master}: {compared}");
-            assert!(worst <= 1e-9, "{name}, {master}: {worst:e}");
+            let exchange = master.contains("model exchange");
+            let stop = if exchange { 0.12 } else { f64::INFINITY };
+            let expected = here.iter().filter(|row| row.0 < stop + 1e-9).count();
+            assert!(compared + 2 > expected, "{name}, {master}: {compared}");
+            let allowed = if exchange { 1e-4 } else { 1e-9 };
+            assert!(worst <= allowed, "{name}, {master}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn val_fmu_runner_reads_the_same_numbers() {
+    // Truth: crate fmu-runner, an importer that shares nothing with those above.
+    use fmu_runner::{Fmu, FmuInstance, fmi2Type};
+    use std::collections::HashMap;
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = Fmu::unpack(packed(folder.path())).expect("reads the archive and its description");
+    let fmu = fmu
+        .load(fmi2Type::fmi2CoSimulation)
+        .expect("loads the binary");
+    let instance = FmuInstance::instantiate(&fmu, false).expect("instantiates");
+    let variables = instance.lib.variables();
+    let case = &cases()[1];
+    for (name, value) in case["starts"].as_object().unwrap() {
+        let set = HashMap::from([(&variables[name], value.as_f64().unwrap())]);
+        instance.set_reals(&set).expect("takes the start values");
+    }
+    instance.setup_experiment(0.0, None, None).unwrap();
+    instance.enter_initialization_mode().unwrap();
+    instance.exit_initialization_mode().unwrap();
+    let mut from = 0.0;
+    for (to, values, _) in reference_run(case) {
+        instance.do_step(from, to - from, true).unwrap();
+        from = to;
+        for ((name, _), value) in RESULTS.iter().zip(values) {
+            let read = instance.get_reals(&[&variables[*name]]).unwrap();
+            assert_eq!(read[&variables[*name]], value, "{name} at {to} s");
         }
     }
 }

@@ -3,7 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::command::{
-    blind_test, compare, demo, diagnose, dimension, effects, observe, pack, simulate, try_effects,
+    blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
+    try_effects,
 };
 
 /// Exit codes, as the help shows them.
@@ -48,4 +49,6 @@ pub enum Command {
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu
     Pack(pack::Arguments),
+    /// Write the files that the FMI Cross-Check asks of an exporting tool
+    CrossCheck(cross_check::Arguments),
 }

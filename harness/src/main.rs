@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
 use stickslip::command::{
-    blind_test, compare, demo, diagnose, dimension, effects, observe, pack, simulate, try_effects,
+    blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
+    try_effects,
 };
 
 fn main() -> ExitCode {
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
         Some(Command::Dimension(arguments)) => dimension::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
+        Some(Command::CrossCheck(arguments)) => cross_check::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -128,3 +128,11 @@ pub fn display_units(symbol: &str) -> &'static [(&'static str, f64)] {
         _ => &[],
     }
 }
+
+/// The unit in which tools should show a unit at first.
+pub fn shown_in(symbol: &str) -> Option<&'static str> {
+    matches!(symbol, "m" | "m/s" | "rad").then(|| {
+        let units = display_units(symbol);
+        units.first().expect("listed above").0
+    })
+}

@@ -1,9 +1,10 @@
 //! The variables of one FMU: the fixed table, then the parameters of the users' effects in it.
 
-use crate::table::variables;
+use crate::table::{rate, variables};
 use crate::user_effect::{UserCard, UserEffectError};
 use crate::variable::{Kind, Quantity, Variable};
 use crate::{Causality, Initial, Variability};
+use beam_physics::effects::user_expression::Target;
 use beam_physics::unit::{self, Unit};
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
@@ -14,6 +15,9 @@ const NONE: u16 = u16::MAX;
 pub const FIRST_USER_REFERENCE: u32 = 9000;
 /// Value references kept for each of them.
 const USER_BLOCK: u32 = 100;
+/// Place in the block of the state that some effects have, and of its rate.
+const USER_STATE: u32 = 60;
+const USER_RATE: u32 = 80;
 /// Most users' effects in one FMU.
 pub const MAX_USER_EFFECTS: usize = 16;
 
@@ -26,6 +30,8 @@ pub const MAX_USER_EFFECTS: usize = 16;
 pub struct Layout {
     variables: Vec<Variable>,
     effects: Vec<UserCard>,
+    /// Indices of the continuous states, and of their rates.
+    states: Vec<(usize, usize)>,
     by_reference: Vec<u16>,
     by_name: HashMap<String, usize>,
 }
@@ -78,7 +84,7 @@ impl Layout {
                     quantity: Quantity::UserParameter(e, i),
                     kind: Kind::Real(unit_named(&p.unit)),
                     causality: Causality::Parameter,
-                    variability: Variability::Fixed,
+                    variability: Variability::Tunable,
                     initial: Some(Initial::Exact),
                     start: Some(p.start()),
                     min: None,
@@ -88,13 +94,44 @@ impl Layout {
                 });
             }
         }
+        for (e, effect) in effects.iter().enumerate() {
+            if effect.target == Target::BeltVelocity {
+                let first = FIRST_USER_REFERENCE + USER_BLOCK * e as u32;
+                let state = Variable {
+                    name: format!("{}.state.travel", effect.id),
+                    reference: first + USER_STATE,
+                    quantity: Quantity::UserState(e),
+                    kind: Kind::Real(unit::METRE),
+                    causality: Causality::Local,
+                    variability: Variability::Continuous,
+                    initial: Some(Initial::Calculated),
+                    start: None,
+                    min: None,
+                    max: None,
+                    nominal: Some(1e-3),
+                    description: format!("{}: distance added to the belt's", effect.title),
+                };
+                let of = rate(first + USER_RATE, &state);
+                all.extend([state, of]);
+            }
+        }
         let last = all.iter().map(|v| v.reference).max().unwrap_or(0);
         let mut by_reference = vec![NONE; last as usize + 1];
         for (index, variable) in all.iter().enumerate() {
             by_reference[variable.reference as usize] = index as u16;
         }
+        let place = |reference: u32| usize::from(by_reference[reference as usize]);
+        let states = all
+            .iter()
+            .enumerate()
+            .filter_map(|(index, v)| match v.quantity {
+                Quantity::Rate(state) => Some((place(state), index)),
+                _ => None,
+            })
+            .collect();
         let names = all.iter().enumerate();
         Self {
+            states,
             by_name: names.map(|(i, v)| (v.name.clone(), i)).collect(),
             variables: all,
             effects,
@@ -106,6 +143,12 @@ impl Layout {
     #[inline]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
+    }
+
+    /// The continuous states in the order of the state vector: indices of state and rate.
+    #[inline]
+    pub fn states(&self) -> &[(usize, usize)] {
+        &self.states
     }
 
     /// The users' effects.

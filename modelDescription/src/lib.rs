@@ -9,6 +9,7 @@ mod annotation;
 mod declared_type;
 mod layout;
 mod start_values;
+mod structure;
 mod table;
 mod user_effect;
 mod variable;

@@ -4,11 +4,11 @@
 //! |---|---|
 //! | 1 | inputs |
 //! | 10 | outputs |
-//! | 30 | energies |
-//! | 100 | modes: 100 + 10 j + item, j = 1..8 |
+//! | 30 | energies, their rates from 36 on; 40: distance of the belt and its rate |
+//! | 100 | modes: 100 + 10 j + item, j = 1..8; rates of the states at items 6, 7 |
 //! | 200 | friction |
 //! | 300 | sensor, tolerance, start |
-//! | 1000 | effects, each its block of 100: parameter i at +i, state j at +60 + j |
+//! | 1000 | effects, each its block of 100: parameter i at +i, state j at +60 + j, its rate at +80 + j |
 //! | 9000 | users' effects, each its block of 100 (see `layout`) |
 
 use crate::declared_type::enumeration;
@@ -24,6 +24,8 @@ use std::sync::LazyLock;
 
 /// Place of an effect's states within its block of value references.
 const FIRST_STATE: u32 = 60;
+/// Place of their rates.
+const FIRST_RATE: u32 = 80;
 
 static TABLE: LazyLock<Vec<Variable>> = LazyLock::new(build);
 
@@ -42,6 +44,9 @@ fn build() -> Vec<Variable> {
     run(&mut table);
     effects(&mut table);
     for variable in &mut table {
+        if is_tunable(variable) {
+            variable.variability = Variability::Tunable;
+        }
         if let Kind::Enumeration(name) = variable.kind {
             let items = enumeration(name);
             variable.min = items.iter().map(|item| f64::from(item.1)).reduce(f64::min);
@@ -49,6 +54,36 @@ fn build() -> Vec<Variable> {
         }
     }
     table
+}
+
+/// Real parameters of the model; counts and choices, tolerance and start values hold for a whole run.
+fn is_tunable(variable: &Variable) -> bool {
+    let of_the_start = matches!(
+        variable.quantity,
+        Quantity::Tolerance | Quantity::BeltTravelStart | Quantity::DwellTimeStart
+    );
+    variable.causality == Causality::Parameter
+        && matches!(variable.kind, Kind::Real(_))
+        && !of_the_start
+}
+
+/// The rate of a state (FMI 2.0.5, section 2.2.7, attribute `derivative`).
+pub(crate) fn rate(reference: u32, state: &Variable) -> Variable {
+    let Kind::Real(unit) = state.kind else {
+        unreachable!("states are Real")
+    };
+    Variable {
+        causality: Causality::Local,
+        nominal: None,
+        ..output(
+            reference,
+            &format!("der({})", state.name),
+            Quantity::Rate(state.reference),
+            Kind::Real(unit.per_second()),
+            Variability::Continuous,
+            &format!("Rate of {}", state.name),
+        )
+    }
 }
 
 /// A fixed parameter; the other kinds are changes of it.
@@ -170,14 +205,25 @@ fn inputs(table: &mut Vec<Variable>) {
 fn outputs(table: &mut Vec<Variable>) {
     use Variability::{Continuous, Discrete};
     let real = |reference, name, quantity, unit, variability, description| {
-        output(
-            reference,
-            name,
-            quantity,
-            Kind::Real(unit),
-            variability,
-            description,
-        )
+        let nominal = match quantity {
+            Quantity::TipDisplacement | Quantity::MeasuredDisplacement => 1e-3,
+            Quantity::TipAcceleration => 100.0,
+            Quantity::FrictionForce => 50.0,
+            Quantity::PowerIntoBeam => 5.0,
+            Quantity::DwellTime => 1e-2,
+            _ => 0.1,
+        };
+        Variable {
+            nominal: Some(nominal),
+            ..output(
+                reference,
+                name,
+                quantity,
+                Kind::Real(unit),
+                variability,
+                description,
+            )
+        }
     };
     table.extend([
         real(
@@ -302,9 +348,11 @@ fn energies(table: &mut Vec<Variable>) {
             "Heat in the structure since the start; read once before the first step",
         ),
     ];
+    let first = table.len();
     for (i, (name, quantity, description)) in items.into_iter().enumerate() {
         table.push(Variable {
             causality: Causality::Local,
+            nominal: Some(0.1),
             ..output(
                 30 + i as u32,
                 &format!("energy.{name}"),
@@ -315,6 +363,30 @@ fn energies(table: &mut Vec<Variable>) {
             )
         });
     }
+    whole(table, first);
+}
+
+/// States of the whole: the energies that add up, and the distance that the belt has run.
+fn whole(table: &mut Vec<Variable>, energies: usize) {
+    // The stored energy follows from the other states.
+    for i in 1..4 {
+        let of = table[energies + i].clone();
+        table.push(rate(35 + i as u32, &of));
+    }
+    let distance = Variable {
+        causality: Causality::Local,
+        nominal: Some(0.1),
+        ..output(
+            40,
+            "belt_distance",
+            Quantity::BeltDistance,
+            Kind::Real(METRE),
+            Variability::Continuous,
+            "Distance that the belt has run by its given velocity, from the place under the undeflected tip on",
+        )
+    };
+    let of = rate(41, &distance);
+    table.extend([distance, of]);
 }
 
 fn modes(table: &mut Vec<Variable>) {
@@ -405,6 +477,10 @@ fn modes(table: &mut Vec<Variable>) {
             format!("Modal velocity of mode {n}"),
             0.1,
         ));
+        let states = table[table.len() - 2..].to_vec();
+        for (i, state) in states.iter().enumerate() {
+            table.push(rate(base + 6 + i as u32, state));
+        }
     }
 }
 
@@ -639,6 +715,7 @@ fn effects(table: &mut Vec<Variable>) {
                 format!("{}: {}", card.title, p.description),
             ));
         }
+        let first = table.len();
         for (i, s) in card.states.iter().enumerate() {
             table.push(state(
                 card.first_value_reference + FIRST_STATE + i as u32,
@@ -647,6 +724,13 @@ fn effects(table: &mut Vec<Variable>) {
                 s.unit,
                 format!("{}: {}", card.title, s.description),
                 s.nominal,
+            ));
+        }
+        for i in 0..card.states.len() {
+            let of = table[first + i].clone();
+            table.push(rate(
+                card.first_value_reference + FIRST_RATE + i as u32,
+                &of,
             ));
         }
     }

@@ -20,6 +20,8 @@ pub enum Causality {
 pub enum Variability {
     /// Constant after initialisation.
     Fixed,
+    /// Constant between events or communication points.
+    Tunable,
     /// Changes at transitions only.
     Discrete,
     /// Changes at any time.
@@ -124,6 +126,11 @@ pub enum Quantity {
     EffectState(usize, usize),
     /// Parameter of a user's effect: index of the effect and of the parameter.
     UserParameter(usize, usize),
+    /// State of a user's effect: index of the effect.
+    UserState(usize),
+    BeltDistance,
+    /// Rate of the state with this value reference.
+    Rate(u32),
 }
 
 /// One variable of the FMU.
@@ -156,6 +163,11 @@ pub struct Variable {
 }
 
 impl Variable {
+    /// Whether it can be set while a run is under way, at events and communication points.
+    pub fn is_settable_in_a_run(&self) -> bool {
+        self.causality == Causality::Input || self.variability == Variability::Tunable
+    }
+
     /// Whether it can be set before or during initialisation.
     pub fn is_settable(&self) -> bool {
         self.start.is_some()

@@ -1,9 +1,9 @@
 //! Writes modelDescription.xml.
 
-use crate::declared_type::{ENUMERATIONS, display_units, of_unit};
+use crate::declared_type::{ENUMERATIONS, display_units, of_unit, shown_in};
 use crate::layout::Layout;
-use crate::variable::{Causality, Initial, Kind, Variability, Variable};
-use crate::{LOG_CATEGORIES, MODEL_IDENTIFIER, annotation};
+use crate::variable::{Causality, Initial, Kind, ModeItem, Quantity, Variability, Variable};
+use crate::{LOG_CATEGORIES, MODEL_IDENTIFIER, annotation, structure};
 use beam_physics::unit::{self, Unit};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
@@ -56,10 +56,13 @@ fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
                 concat!("beam-model-description ", env!("CARGO_PKG_VERSION")),
             ),
             ("variableNamingConvention", "structured"),
-            ("numberOfEventIndicators", "0"),
+            (
+                "numberOfEventIndicators",
+                beam_physics::hybrid::EVENT_FUNCTIONS.to_string().as_str(),
+            ),
         ])
         .write_inner_content(|w| {
-            co_simulation(w)?;
+            interfaces(w)?;
             units(w, layout)?;
             types(w, layout)?;
             log_categories(w)?;
@@ -81,31 +84,40 @@ fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
                     let variables = layout.variables().iter();
                     for (i, (variable, start)) in variables.zip(starts).enumerate() {
                         w.write_event(Event::Comment(BytesText::new(&format!(" {} ", i + 1))))?;
-                        scalar_variable(w, variable, *start)?;
+                        scalar_variable(w, layout, variable, *start)?;
                     }
                     Ok(())
                 })?;
-            structure(w, layout)
+            structure::write(w, layout)
         })?;
     let mut text = String::from_utf8(writer.into_inner()).expect("the writer writes UTF-8");
     text.push('\n');
     Ok(text)
 }
 
-fn co_simulation(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+/// What both interfaces offer.
+const COMMON: [(&str, &str); 7] = [
+    ("modelIdentifier", MODEL_IDENTIFIER),
+    ("needsExecutionTool", "false"),
+    ("canBeInstantiatedOnlyOncePerProcess", "false"),
+    ("canNotUseMemoryManagementFunctions", "true"),
+    ("canGetAndSetFMUstate", "true"),
+    ("canSerializeFMUstate", "true"),
+    ("providesDirectionalDerivative", "true"),
+];
+
+fn interfaces(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("ModelExchange")
+        .with_attributes(COMMON)
+        .with_attribute(("completedIntegratorStepNotNeeded", "true"))
+        .write_empty()?;
     w.create_element("CoSimulation")
+        .with_attributes(COMMON)
         .with_attributes([
-            ("modelIdentifier", MODEL_IDENTIFIER),
-            ("needsExecutionTool", "false"),
             ("canHandleVariableCommunicationStepSize", "true"),
             ("canInterpolateInputs", "true"),
             ("maxOutputDerivativeOrder", "1"),
             ("canRunAsynchronuously", "false"),
-            ("canBeInstantiatedOnlyOncePerProcess", "false"),
-            ("canNotUseMemoryManagementFunctions", "true"),
-            ("canGetAndSetFMUstate", "true"),
-            ("canSerializeFMUstate", "true"),
-            ("providesDirectionalDerivative", "false"),
         ])
         .write_empty()?;
     Ok(())
@@ -178,9 +190,10 @@ fn types(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
                     w.create_element("SimpleType")
                         .with_attributes([("name", name), ("description", description)])
                         .write_inner_content(|w| {
-                            let quantity = [("quantity", name), ("unit", unit.symbol)];
+                            let mut attributes = vec![("quantity", name), ("unit", unit.symbol)];
+                            attributes.extend(shown_in(unit.symbol).map(|u| ("displayUnit", u)));
                             w.create_element("Real")
-                                .with_attributes(quantity)
+                                .with_attributes(attributes)
                                 .write_empty()?;
                             Ok(())
                         })?;
@@ -230,6 +243,7 @@ fn number(value: f64) -> String {
 
 fn scalar_variable(
     w: &mut Writer<Vec<u8>>,
+    layout: &Layout,
     variable: &Variable,
     start: Option<f64>,
 ) -> io::Result<()> {
@@ -241,6 +255,7 @@ fn scalar_variable(
     };
     let variability = match variable.variability {
         Variability::Fixed => "fixed",
+        Variability::Tunable => "tunable",
         Variability::Discrete => "discrete",
         Variability::Continuous => "continuous",
     };
@@ -259,7 +274,7 @@ fn scalar_variable(
     }
     w.create_element("ScalarVariable")
         .with_attributes(attributes)
-        .write_inner_content(|w| typed(w, variable, start))?;
+        .write_inner_content(|w| typed(w, layout, variable, start))?;
     Ok(())
 }
 
@@ -267,12 +282,25 @@ type Attributes = Vec<(&'static str, String)>;
 /// How a number is written in an attribute.
 type Text = fn(f64) -> String;
 
-fn typed(w: &mut Writer<Vec<u8>>, variable: &Variable, start: Option<f64>) -> io::Result<()> {
+fn typed(
+    w: &mut Writer<Vec<u8>>,
+    layout: &Layout,
+    variable: &Variable,
+    start: Option<f64>,
+) -> io::Result<()> {
     let (element, mut attributes, text): (_, Attributes, Text) = match variable.kind {
         Kind::Real(unit) => {
             let declared = of_unit(unit).map(|(name, _)| ("declaredType", name.to_owned()));
             let mut attributes: Vec<_> = declared.into_iter().collect();
             attributes.push(("unit", unit.symbol.to_owned()));
+            if let Quantity::Rate(state) = variable.quantity {
+                // Indices count from 1 (FMI 2.0.5, section 2.2.8).
+                let index = layout.index_of_reference(state).map_or(0, |i| i + 1);
+                attributes.push(("derivative", index.to_string()));
+            }
+            if jumps(variable.quantity) {
+                attributes.push(("reinit", "true".to_owned()));
+            }
             ("Real", attributes, number)
         }
         Kind::Integer => ("Integer", Vec::new(), |v| format!("{v:.0}")),
@@ -299,28 +327,10 @@ fn typed(w: &mut Writer<Vec<u8>>, variable: &Variable, start: Option<f64>) -> io
     Ok(())
 }
 
-fn structure(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
-    let outputs = || {
-        layout
-            .variables()
-            .iter()
-            .enumerate()
-            .filter(|(_, v)| v.causality == Causality::Output)
-    };
-    w.create_element("ModelStructure")
-        .write_inner_content(|w| {
-            for list in ["Outputs", "InitialUnknowns"] {
-                w.create_element(list).write_inner_content(|w| {
-                    for (index, _) in outputs() {
-                        // Indices count from 1 (FMI 2.0.5, section 2.2.8).
-                        w.create_element("Unknown")
-                            .with_attribute(("index", (index + 1).to_string().as_str()))
-                            .write_empty()?;
-                    }
-                    Ok(())
-                })?;
-            }
-            Ok(())
-        })?;
-    Ok(())
+/// Whether the state may jump at an event: velocities at arrival and break-away, states of effects.
+fn jumps(quantity: Quantity) -> bool {
+    matches!(
+        quantity,
+        Quantity::Mode(_, ModeItem::Velocity) | Quantity::EffectState(..)
+    )
 }

@@ -120,3 +120,25 @@ fn a_belt_at_rest_or_running_backwards_and_a_lifted_tip_are_legal() {
         -plain.get("tip_displacement")
     );
 }
+
+#[test]
+fn a_belt_that_jumps_and_jumps_back_at_one_point_goes_on_as_before() {
+    let (plain, jumpy) = (Slave::started(), Slave::started());
+    advance(&plain, 0.0, 1e-3, 1);
+    advance(&jumpy, 0.0, 1e-3, 1);
+    assert_eq!(jumpy.get_integer("contact_mode"), 0);
+    assert_eq!(jumpy.set("belt_velocity", 0.0864), OK);
+    // A look makes the run follow the input: the tip slips.
+    assert_eq!(jumpy.get_integer("contact_mode"), 1);
+    assert!(jumpy.rate("tip_velocity").is_finite());
+    assert_eq!(jumpy.set("belt_velocity", 0.1), OK);
+    assert_eq!(jumpy.get_integer("contact_mode"), 0);
+    for i in 1..100 {
+        let point = f64::from(i) * 1e-3;
+        assert_eq!((plain.step(point, 1e-3), jumpy.step(point, 1e-3)), (OK, OK));
+        let difference = plain.get("tip_displacement") - jumpy.get("tip_displacement");
+        assert!(difference.abs() < 1e-10, "{difference:e} at {point}");
+    }
+    let counts = [&plain, &jumpy].map(|s| s.get_integer("transition_count"));
+    assert_eq!(counts[0] + 2, counts[1], "out of stick and back");
+}

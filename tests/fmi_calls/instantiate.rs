@@ -17,7 +17,7 @@ fn wrong_arguments_give_null_and_a_message() {
     assert!(refusal("x", 1, Some("{wrong}"), None).contains("GUID '{wrong}'"));
     assert!(refusal("x", 1, None, None).contains("GUID"));
     assert!(refusal("", 1, Some(guid()), None).contains("instanceName"));
-    assert!(refusal("x", 0, Some(guid()), None).contains("co-simulation"));
+    assert!(refusal("x", 2, Some(guid()), None).contains("co-simulation"));
     assert!(refusal("x", 7, Some(guid()), None).contains("fmuType 7"));
 }
 

@@ -62,14 +62,36 @@ fn every_settable_real_refuses_nan_and_infinity_and_every_result_refuses_all() {
 }
 
 #[test]
-fn parameters_are_fixed_once_the_run_has_begun() {
+fn fixed_parameters_stay_as_they_are_once_the_run_has_begun_and_tunable_ones_do_not() {
     let slave = Slave::started();
-    for (name, element, causality, start) in variables() {
-        let Some(start) = start else { continue };
-        if element == "Real" && causality != "input" {
-            let status = slave.set(&name, start.parse().unwrap());
+    let document = roxmltree::Document::parse(&XML).unwrap();
+    let (mut fixed, mut tunable) = (0, 0);
+    for node in document.descendants() {
+        let Some(real) = node
+            .first_element_child()
+            .filter(|n| n.has_tag_name("Real"))
+        else {
+            continue;
+        };
+        let (Some(name), Some(start)) = (node.attribute("name"), real.attribute("start")) else {
+            continue;
+        };
+        let status = slave.set(name, start.parse().unwrap());
+        if node.attribute("variability") == Some("tunable") {
+            tunable += 1;
+            assert_eq!(status, OK, "{name}");
+        } else if node.attribute("causality") != Some("input") {
+            fixed += 1;
             assert_refused(&slave, status, "fixed once the run has begun");
         }
+    }
+    assert!(fixed > 20 && tunable > 100, "{fixed} {tunable}");
+    for name in ["mode_count", "friction.law", "start.contact"] {
+        assert_refused(
+            &slave,
+            slave.set_integer(name, 1),
+            "fixed once the run has begun",
+        );
     }
     assert_eq!(slave.set("belt_velocity", 0.2), OK);
     assert_eq!(slave.set("normal_force", 0.0), OK);
@@ -78,6 +100,61 @@ fn parameters_are_fixed_once_the_run_has_begun() {
         slave.set("normal_force", -1.0),
         "normal_force = -1 N",
     );
+}
+
+#[test]
+fn tunable_parameters_take_effect_at_once_and_roll_back() {
+    let slave = Slave::started();
+    let mut time = 0.0;
+    while slave.get_integer("contact_mode") != -1 {
+        assert_eq!(slave.step(time, 1e-3), OK);
+        time += 1e-3;
+    }
+    let mut state = slave.state();
+    let (before, force) = (results(&slave), slave.get("friction_force"));
+    let count = slave.get_integer("transition_count");
+    assert_eq!(slave.set("friction.level", 0.5), OK);
+    assert!((slave.get("friction_force") - 0.5 * force).abs() < 1e-9);
+    assert_eq!(slave.get_integer("transition_count"), count);
+    // An effect that comes in brings its states along, at the values set before the run.
+    assert_eq!(slave.set("sensor_lag.time_constant", 1e-4), OK);
+    assert_eq!(slave.get("measured_displacement"), 0.0);
+    advance(&slave, time, 1e-3, 30);
+    assert!(slave.get("measured_displacement") != 0.0);
+    assert_eq!(slave.set_state(state), OK);
+    assert_eq!(results(&slave), before);
+    let plain = Slave::started();
+    advance(&plain, 0.0, 1e-3, (time * 1e3).round() as u32);
+    advance(&slave, time, 1e-3, 30);
+    advance(&plain, time, 1e-3, 30);
+    assert_eq!(results(&slave), results(&plain));
+    slave.free_state(&mut state);
+    // What can't be is refused when it is to be used, and can be corrected.
+    let at = slave.last_successful_time().unwrap();
+    let now = results(&slave);
+    assert_eq!(slave.set("mode[1].mass", 0.0), OK);
+    assert_refused(&slave, slave.step(at, 1e-3), "mass");
+    assert_eq!(slave.set("mode[1].mass", 0.427), OK);
+    assert_eq!(results(&slave), now);
+    assert_eq!(slave.step(at, 1e-3), OK);
+}
+
+#[test]
+fn tuning_to_the_same_values_disturbs_nothing_and_stick_goes_on_sticking() {
+    let (plain, tuned) = (Slave::started(), Slave::started());
+    for i in 0..100 {
+        let point = f64::from(i) * 1e-3;
+        assert_eq!(tuned.set("friction.mu_0", 0.66), OK);
+        assert_eq!(tuned.set("third_mode.damping_ratio", 1e-3 * point), OK);
+        assert_eq!((plain.step(point, 1e-3), tuned.step(point, 1e-3)), (OK, OK));
+        let difference = plain.get("tip_displacement") - tuned.get("tip_displacement");
+        // A parameter of an effect that is off: the model is built anew at every step, the motion is the same.
+        assert!(difference.abs() < 1e-10, "{difference:e}");
+        assert_eq!(
+            plain.get_integer("contact_mode"),
+            tuned.get_integer("contact_mode")
+        );
+    }
 }
 
 #[test]

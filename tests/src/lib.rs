@@ -1,6 +1,7 @@
 //! What the tests of the whole share: where the built command and the FMU lie, and the FMU driven
 //! through its C interface alone.
 
+pub mod exchange;
 pub mod peers;
 pub mod slave;
 pub mod variables;

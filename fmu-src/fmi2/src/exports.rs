@@ -1,4 +1,5 @@
-//! The 34 functions of FMI 2.0 for co-simulation, as the master calls them.
+//! The functions of FMI 2.0 that both interfaces share and those of co-simulation, as the master calls
+//! them.
 //!
 //! # Safety
 //! All functions rely on the master to keep the standard's promises about pointers: handles come from
@@ -9,13 +10,13 @@
 use crate::fmu_state;
 use crate::guard::{panic_message, slice, with_instance, writable};
 use crate::instance::{Content, Experiment, Instance};
-use crate::lifecycle::{Function, Phase};
+use crate::lifecycle::{Function, Interface, Phase};
 use crate::log::Log;
 use crate::resource::{Starts, folder_of_uri};
 use crate::status::{Fault, Status};
 use crate::types::{
-    Boolean, CO_SIMULATION, CallbackFunctions, Component, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME,
-    PENDING_STATUS, StateHandle, TERMINATED, Text, ValueReference,
+    Boolean, CallbackFunctions, Component, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS,
+    StateHandle, TERMINATED, Text, ValueReference,
 };
 use crate::values::Access;
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -70,9 +71,9 @@ pub unsafe extern "C" fn fmi2Instantiate(
         instantiate(name, fmu_type, guid, location)
     }));
     let (status, message) = match made {
-        Ok(Ok(starts)) => {
-            log.message(Status::Ok, "instantiated");
-            return Box::into_raw(Box::new(Instance::new(log, starts))).cast();
+        Ok(Ok((starts, interface))) => {
+            log.message(Status::Ok, &format!("instantiated for {interface}"));
+            return Box::into_raw(Box::new(Instance::new(log, starts, interface))).cast();
         }
         Ok(Err(message)) => (Status::Error, message),
         Err(payload) => (Status::Fatal, panic_message(&*payload)),
@@ -87,15 +88,13 @@ fn instantiate(
     fmu_type: c_int,
     guid: Option<&CStr>,
     location: Option<&CStr>,
-) -> Result<Starts, String> {
+) -> Result<(Starts, Interface), String> {
     if name.is_none_or(CStr::is_empty) {
         return Err("instanceName is NULL or empty; pass a name".into());
     }
-    if fmu_type != CO_SIMULATION {
-        return Err(format!(
-            "fmuType {fmu_type} is not supported; this FMU is for co-simulation (1)"
-        ));
-    }
+    let interface = Interface::from_number(fmu_type).ok_or_else(|| {
+        format!("fmuType {fmu_type} is unknown; use model exchange (0) or co-simulation (1)")
+    })?;
     let folder = location.and_then(|uri| folder_of_uri(&uri.to_string_lossy()));
     let starts = Starts::load(folder.as_deref())?;
     let given = guid.map(CStr::to_string_lossy).unwrap_or_default();
@@ -106,7 +105,7 @@ fn instantiate(
             starts.guid
         ));
     }
-    Ok(starts)
+    Ok((starts, interface))
 }
 
 /// `fmi2FreeInstance`.
@@ -478,11 +477,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: StateHandl
                 function,
                 argument: "FMUstate",
             })?;
-            if !ptr::eq(state.layout, instance.content.layout) {
-                return Err(Fault::BrokenState {
-                    problem: "it belongs to an FMU with other effects of users".into(),
-                });
-            }
+            instance.content.accepts(state)?;
             instance.content.clone_from(state);
             Ok(())
         })
@@ -577,6 +572,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
             writable(state, 1, function, "FMUstate")?;
             let bytes = slice(serialized.cast::<u8>(), size, function, "serializedState")?;
             let content = fmu_state::deserialize(instance.content.layout, bytes)?;
+            instance.content.accepts(&content)?;
             match (*state).cast::<Content>().as_mut() {
                 Some(old) => *old = content,
                 None => *state = Box::into_raw(Box::new(content)).cast(),
@@ -586,25 +582,30 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     }
 }
 
-/// `fmi2GetDirectionalDerivative`: not offered (see the description's flags).
+/// `fmi2GetDirectionalDerivative`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     component: Component,
-    _unknown: *const ValueReference,
-    _unknown_count: usize,
-    _known: *const ValueReference,
-    _known_count: usize,
-    _seed: *const f64,
-    _sensitivity: *mut f64,
+    unknowns: *const ValueReference,
+    unknown_count: usize,
+    knowns: *const ValueReference,
+    known_count: usize,
+    seed: *const f64,
+    sensitivity: *mut f64,
 ) -> c_int {
     let function = Function::GetDirectionalDerivative;
-    // SAFETY: contract of this module.
+    // SAFETY: contract of this module; every position written is below `unknown_count`.
     unsafe {
-        with_instance(component, function, |_| {
-            Err(Fault::Unsupported {
-                function,
-                what: "a directional derivative".into(),
-            })
+        with_instance(component, function, |instance| {
+            let unknowns = slice(unknowns, unknown_count, function, "vUnknown_ref")?;
+            let knowns = slice(knowns, known_count, function, "vKnown_ref")?;
+            let seed = slice(seed, known_count, function, "dvKnown")?;
+            writable(sensitivity, unknown_count, function, "dvUnknown")?;
+            instance
+                .content
+                .directional(unknowns, knowns, seed, |position, value| {
+                    sensitivity.add(position).write(value);
+                })
         })
     }
 }

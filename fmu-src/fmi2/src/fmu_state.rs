@@ -4,15 +4,16 @@
 //! (u64); numbers little-endian, floating point by its bits.
 
 use crate::instance::{Content, Experiment};
-use crate::lifecycle::Phase;
+use crate::lifecycle::{Interface, Phase};
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
 use beam_model_description::Layout;
+use beam_physics::hybrid::Hybrid;
 use beam_physics::simulate::Simulation;
 use beam_physics::simulate::snapshot::{Codec, Reader, Writer};
 
 const MAGIC: [u8; 8] = *b"SSBEAM\r\n";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEADER: usize = 8 + 4 + 8;
 const CHECKSUM: usize = 8;
 
@@ -60,7 +61,8 @@ pub fn deserialize(layout: &'static Layout, bytes: &[u8]) -> Result<Content, Fau
     if sum != checksum(&bytes[..end]) {
         return Err(broken("its checksum does not match"));
     }
-    let mut content = Content::blank(layout);
+    // The interface is read with the rest.
+    let mut content = Content::blank(layout, Interface::CoSimulation);
     let mut reader = Reader::new(&bytes[HEADER..end]);
     exchange(&mut content, &mut reader)
         .filter(|()| reader.is_empty())
@@ -77,6 +79,9 @@ fn checksum<'a>(bytes: impl IntoIterator<Item = &'a u8>) -> u64 {
 
 /// Names every field once, for writing and for reading.
 fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
+    let mut interface = content.interface as u8;
+    codec.byte(&mut interface)?;
+    content.interface = Interface::from_number(i32::from(interface))?;
     let mut phase = content.phase as u8;
     codec.byte(&mut phase)?;
     content.phase = Phase::from_number(phase)?;
@@ -104,6 +109,7 @@ fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
         codec.number(rate)?;
     }
     codec.flag(&mut content.inputs_touched)?;
+    codec.flag(&mut content.retuned)?;
     codec.flag(&mut content.stale)?;
     let mut status = content.last_step.code() as u8;
     codec.byte(&mut status)?;
@@ -113,9 +119,10 @@ fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
         3 => Status::Error,
         _ => return None,
     };
-    let mut running = content.run.is_some();
+    let (mut running, mut integrated) = (content.run.is_some(), content.hybrid.is_some());
     codec.flag(&mut running)?;
-    if !running {
+    codec.flag(&mut integrated)?;
+    if !running && !integrated {
         return Some(());
     }
     if content.built.is_empty() {
@@ -124,14 +131,41 @@ fn exchange(content: &mut Content, codec: &mut impl Codec) -> Option<()> {
     for value in &mut content.built {
         codec.number(value)?;
     }
-    if content.run.is_none() {
-        content.run = Some(rebuilt(
-            content.layout,
-            &content.built,
-            &content.experiment,
-        )?);
+    let (layout, experiment) = (content.layout, content.experiment);
+    let make = |built: &[f64]| rebuilt(layout, built, &experiment);
+    if running {
+        if content.run.is_none() {
+            content.run = Some(make(&content.built)?);
+        }
+        content.run.as_mut()?.exchange(codec)?;
     }
-    content.run.as_mut()?.exchange(codec)
+    if integrated {
+        if content.hybrid.is_none() {
+            content.hybrid = Some(Hybrid::start(&make(&content.built)?));
+        }
+        content.hybrid.as_mut()?.exchange(codec)?;
+    }
+    Some(())
+}
+
+impl Content {
+    /// Refuses a state of another FMU or of the other interface.
+    ///
+    /// # Errors
+    /// [`Fault::BrokenState`].
+    pub fn accepts(&self, state: &Self) -> Result<(), Fault> {
+        let problem = if !std::ptr::eq(state.layout, self.layout) {
+            "it belongs to an FMU with other effects of users".to_owned()
+        } else if state.interface != self.interface {
+            format!(
+                "it belongs to {}, this instance to {}",
+                state.interface, self.interface
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Fault::BrokenState { problem })
+    }
 }
 
 /// A run with the model of `values`, to be filled.

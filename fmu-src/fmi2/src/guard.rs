@@ -77,6 +77,27 @@ pub unsafe fn slice<'a, T>(
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
 }
 
+/// An array of the master's, to be filled.
+///
+/// # Errors
+/// [`Fault::NullArgument`] where elements are announced but the pointer is NULL.
+///
+/// # Safety
+/// `pointer` is NULL or refers to `count` elements that nobody else uses during the call.
+pub unsafe fn slice_mut<'a, T>(
+    pointer: *mut T,
+    count: usize,
+    function: Function,
+    argument: &'static str,
+) -> Result<&'a mut [T], Fault> {
+    writable(pointer, count, function, argument)?;
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    // SAFETY: not NULL, and by the contract it refers to `count` elements.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, count) })
+}
+
 /// Refuses an output argument that is NULL although elements are to be written.
 ///
 /// # Errors
@@ -96,6 +117,7 @@ pub fn writable<T>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lifecycle::Interface;
     use crate::log::Log;
     use crate::resource::Starts;
     use crate::types::CallbackFunctions;
@@ -110,7 +132,7 @@ mod tests {
             environment: std::ptr::null_mut(),
         };
         let log = Log::new(callbacks, c"test".into(), true);
-        let mut instance = Instance::new(log, Starts::built_in());
+        let mut instance = Instance::new(log, Starts::built_in(), Interface::CoSimulation);
         let component: Component = std::ptr::from_mut(&mut instance).cast();
         // SAFETY: the instance lives on this stack.
         let call = |body: fn(&mut Instance) -> Result<(), Fault>| unsafe {

@@ -1,12 +1,13 @@
 //! One instance: values of the variables, the run, and the steps from one communication point to the next.
 
-use crate::lifecycle::{Function, Phase};
+use crate::lifecycle::{Function, Interface, Phase};
 use crate::log::Log;
 use crate::resource::Starts;
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
 use beam_model_description::Layout;
 use beam_physics::error::PhysicsError;
+use beam_physics::hybrid::Hybrid;
 use beam_physics::simulate::Simulation;
 
 /// What `fmi2SetupExperiment` fixes.
@@ -25,6 +26,8 @@ pub struct Experiment {
 pub struct Content {
     /// The FMU's variables.
     pub layout: &'static Layout,
+    /// Interface for which the instance was made.
+    pub interface: Interface,
     /// Phase of the calling sequence.
     pub phase: Phase,
     /// Values set (or start values) in the order of the layout.
@@ -37,8 +40,12 @@ pub struct Content {
     pub input_rates: [f64; 2],
     /// An input was set since the last step.
     pub inputs_touched: bool,
-    /// The run, once there is one.
+    /// A tunable parameter was set since the last step.
+    pub retuned: bool,
+    /// The run, once there is one; in model exchange during initialisation only.
     pub run: Option<Simulation>,
+    /// The present instant of a run that the master integrates.
+    pub hybrid: Option<Hybrid>,
     /// Values from which the run's model was built.
     pub built: Vec<f64>,
     /// The run does not reflect the values any more.
@@ -59,8 +66,8 @@ pub struct Instance {
 
 impl Instance {
     /// A fresh instance.
-    pub fn new(log: Log, starts: Starts) -> Self {
-        let mut content = Content::blank(starts.layout);
+    pub fn new(log: Log, starts: Starts, interface: Interface) -> Self {
+        let mut content = Content::blank(starts.layout, interface);
         content.values.copy_from_slice(&starts.values);
         Self {
             log,
@@ -76,8 +83,16 @@ impl Instance {
     #[inline]
     pub fn admit(&self, function: Function) -> Result<(), Fault> {
         let legal = function.legal_phases();
-        if legal.contains(&self.content.phase) {
+        let own = self.content.interface;
+        let belongs = function.interface().is_none_or(|needed| needed == own);
+        if legal.contains(&self.content.phase) && belongs {
             return Ok(());
+        }
+        if !belongs {
+            return Err(Fault::Unsupported {
+                function,
+                what: format!("a call to an instance made for {own}"),
+            });
         }
         let allowed: Vec<_> = legal.iter().map(Phase::to_string).collect();
         Err(Fault::IllegalCall {
@@ -137,8 +152,15 @@ impl Instance {
     /// # Errors
     /// Values with which the equations can't be set up; they can be corrected and the call repeated.
     pub fn exit_initialization(&mut self) -> Result<(), Fault> {
-        self.content.refresh()?;
-        self.content.phase = Phase::StepComplete;
+        let content = &mut self.content;
+        content.refresh()?;
+        content.phase = match content.interface {
+            Interface::CoSimulation => Phase::StepComplete,
+            Interface::ModelExchange => {
+                content.hybrid = content.run.take().as_ref().map(Hybrid::start);
+                Phase::EventMode
+            }
+        };
         Ok(())
     }
 
@@ -151,7 +173,9 @@ impl Instance {
         content.time = 0.0;
         content.input_rates = [0.0; 2];
         content.inputs_touched = false;
+        content.retuned = false;
         content.stale = true;
+        content.hybrid = None;
         content.last_step = Status::Ok;
     }
 
@@ -162,6 +186,7 @@ impl Instance {
     pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Fault> {
         let content = &mut self.content;
         content.check_step(point, step)?;
+        content.retune()?;
         content.apply_inputs()?;
         let target = point + step;
         let run = content.run.as_mut().expect("initialised");
@@ -193,16 +218,19 @@ impl Instance {
 
 impl Content {
     /// Before anything was set.
-    pub fn blank(layout: &'static Layout) -> Self {
+    pub fn blank(layout: &'static Layout, interface: Interface) -> Self {
         Self {
             layout,
+            interface,
             phase: Phase::Instantiated,
             values: vec![0.0; layout.variables().len()],
             experiment: Experiment::default(),
             time: 0.0,
             input_rates: [0.0; 2],
             inputs_touched: false,
+            retuned: false,
             run: None,
+            hybrid: None,
             built: Vec::new(),
             stale: true,
             last_step: Status::Ok,
@@ -241,7 +269,25 @@ impl Content {
         }
         self.stale = false;
         self.inputs_touched = false;
+        self.retuned = false;
         Ok(())
+    }
+
+    /// Brings the run up to date with everything that was set since the last call that looked at it.
+    ///
+    /// # Errors
+    /// Values with which the equations can't be set up; they can be corrected.
+    #[inline]
+    pub fn catch_up(&mut self) -> Result<(), PhysicsError> {
+        match self.phase {
+            Phase::Initialization => self.refresh(),
+            Phase::StepComplete if self.retuned || self.inputs_touched => {
+                self.retune()?;
+                self.apply_inputs()
+            }
+            Phase::EventMode | Phase::ContinuousTime => self.retune(),
+            _ => Ok(()),
+        }
     }
 
     /// Hands inputs to the run where they differ from those that hold. Setting an input to the same

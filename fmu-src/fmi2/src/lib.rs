@@ -1,4 +1,5 @@
-//! The stick-slip beam as an FMI 2.0 co-simulation slave: the C interface and nothing else.
+//! The stick-slip beam as an FMI 2.0 model, for co-simulation and for model exchange: the C interface and
+//! nothing else.
 //!
 //! Every exported function goes through [`guard::with_instance`]: it refuses NULL, checks the calling
 //! sequence, catches panics and reports faults to the master's logger. `unsafe` occurs only where
@@ -6,7 +7,10 @@
 #![warn(unsafe_op_in_unsafe_fn)]
 #![warn(clippy::undocumented_unsafe_blocks)]
 
+mod directional;
+mod exchange;
 pub mod exports;
+pub mod exports_exchange;
 mod fmu_state;
 mod guard;
 mod instance;
@@ -14,8 +18,11 @@ pub mod lifecycle;
 mod log;
 mod resource;
 mod setup;
+mod states;
 pub mod status;
+mod tunable;
 pub mod types;
 mod values;
 
 pub use exports::*;
+pub use exports_exchange::*;

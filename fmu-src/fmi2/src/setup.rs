@@ -20,8 +20,10 @@ pub struct Places {
     pub normal_force: usize,
     /// Index of `tolerance`.
     pub tolerance: usize,
-    mode_count: usize,
-    start_contact: usize,
+    /// Index of `mode_count`.
+    pub mode_count: usize,
+    /// Index of `start.contact`.
+    pub start_contact: usize,
     start_effects: usize,
     belt_travel: usize,
     dwell: usize,
@@ -89,6 +91,7 @@ fn builds_the_model(quantity: Quantity) -> bool {
             | Quantity::DwellTimeStart
             | Quantity::EffectState(..)
             | Quantity::Mode(_, ModeItem::Displacement | ModeItem::Velocity)
+            | Quantity::UserState(_)
     )
 }
 

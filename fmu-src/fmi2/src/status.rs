@@ -150,6 +150,28 @@ pub enum Fault {
         /// Why.
         cause: PhysicsError,
     },
+    /// The equations can't be evaluated at the instant that the master's integrator asks for.
+    #[error("can't be evaluated at t = {time} s with the states set: {cause}")]
+    NotEvaluable {
+        /// Time in s.
+        time: f64,
+        /// Why.
+        cause: PhysicsError,
+    },
+    /// An array of the wrong length.
+    #[error(
+        "{function}: {argument} = {count}, but this FMU has {expected}; use that of modelDescription.xml"
+    )]
+    WrongCount {
+        /// Function called.
+        function: Function,
+        /// Name of the argument in the standard.
+        argument: &'static str,
+        /// The number given.
+        count: usize,
+        /// The right one.
+        expected: usize,
+    },
     /// A mistake in this program.
     #[error("internal failure: {message}; the instance is unusable, free it")]
     Panic {
@@ -165,7 +187,8 @@ impl Fault {
             Self::StepStopped {
                 cause: PhysicsError::Stalled { .. },
                 ..
-            } => Status::Discard,
+            }
+            | Self::NotEvaluable { .. } => Status::Discard,
             Self::Panic { .. } => Status::Fatal,
             _ => Status::Error,
         }

@@ -33,6 +33,26 @@ pub struct CallbackFunctions {
     pub environment: *mut c_void,
 }
 
+/// `fmi2EventInfo`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EventInfo {
+    /// Another call of `fmi2NewDiscreteStates` is needed.
+    pub new_discrete_states_needed: Boolean,
+    /// The simulation should end.
+    pub terminate_simulation: Boolean,
+    /// Nominal values of states have changed.
+    pub nominals_of_continuous_states_changed: Boolean,
+    /// States have jumped.
+    pub values_of_continuous_states_changed: Boolean,
+    /// The next time event is known.
+    pub next_event_time_defined: Boolean,
+    /// Its time in s.
+    pub next_event_time: f64,
+}
+
+/// `fmi2ModelExchange` of `fmi2Type`.
+pub const MODEL_EXCHANGE: c_int = 0;
 /// `fmi2CoSimulation` of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;
 /// `fmi2DoStepStatus` of `fmi2StatusKind`.

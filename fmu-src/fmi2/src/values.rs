@@ -3,11 +3,15 @@
 use crate::instance::Content;
 use crate::lifecycle::{Function, Phase};
 use crate::setup::PLACES;
+use crate::states::{Place, place};
 use crate::status::Fault;
 use beam_model_description::{Causality, Kind, Layout, ModeItem, Quantity, Variable};
 use beam_physics::contact::ContactMode;
 use beam_physics::energy::Energy;
+use beam_physics::error::PhysicsError;
+use beam_physics::hybrid::{Hybrid, Rates};
 use beam_physics::integrate::State;
+use beam_physics::model::Model;
 use beam_physics::simulate::{Outputs, Simulation};
 
 /// Data type of an access.
@@ -71,54 +75,138 @@ fn unit(variable: &Variable) -> &'static str {
     }
 }
 
+/// What results are read from.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    /// A run that this FMU integrates.
+    Run(&'a Simulation),
+    /// An instant of a run that the master integrates.
+    Instant(&'a Hybrid),
+}
+
 /// The run as results look at it; what several results need is worked out once.
-struct View<'a> {
-    run: &'a Simulation,
+pub struct View<'a> {
+    source: Source<'a>,
+    layout: &'static Layout,
+    modes: usize,
     state: Option<State>,
     outputs: Option<Outputs>,
     energy: Option<Energy>,
+    rates: Option<Rates>,
 }
 
 impl<'a> View<'a> {
-    fn new(run: &'a Simulation) -> Self {
+    /// Results of a run.
+    pub fn of_run(content: &Content, run: &'a Simulation) -> Self {
+        Self::new(content, Source::Run(run))
+    }
+    /// Results at an instant.
+    pub fn of_hybrid(content: &Content, hybrid: &'a Hybrid) -> Self {
+        Self::new(content, Source::Instant(hybrid))
+    }
+    fn new(content: &Content, source: Source<'a>) -> Self {
         Self {
-            run,
+            source,
+            layout: content.layout,
+            modes: content.modes(),
             state: None,
             outputs: None,
             energy: None,
+            rates: None,
+        }
+    }
+    #[inline]
+    fn model(&self) -> &'a Model {
+        match self.source {
+            Source::Run(run) => run.model(),
+            Source::Instant(hybrid) => hybrid.model(),
+        }
+    }
+    fn time(&self) -> f64 {
+        match self.source {
+            Source::Run(run) => run.time(),
+            Source::Instant(hybrid) => hybrid.time(),
+        }
+    }
+    fn contact_mode(&self) -> ContactMode {
+        match self.source {
+            Source::Run(run) => run.contact_mode(),
+            Source::Instant(hybrid) => hybrid.mode(),
         }
     }
     fn state(&mut self) -> &State {
-        self.state.get_or_insert_with(|| self.run.state())
+        let source = self.source;
+        self.state.get_or_insert_with(|| match source {
+            Source::Run(run) => run.state(),
+            Source::Instant(hybrid) => *hybrid.state(),
+        })
     }
     fn outputs(&mut self) -> &Outputs {
-        self.outputs.get_or_insert_with(|| self.run.outputs())
+        let source = self.source;
+        self.outputs.get_or_insert_with(|| match source {
+            Source::Run(run) => run.outputs(),
+            Source::Instant(hybrid) => hybrid.outputs(),
+        })
     }
     /// Energies since the start; `None` while they are not accounted for.
     fn energy(&mut self) -> Option<&Energy> {
         if self.energy.is_none() {
-            self.energy = self.run.energy();
+            self.energy = match self.source {
+                Source::Run(run) => run.energy(),
+                Source::Instant(hybrid) => {
+                    let [belt_work, contact_dissipation, structural_dissipation] = hybrid.energy();
+                    Some(Energy {
+                        stored: 0.0,
+                        belt_work,
+                        contact_dissipation,
+                        structural_dissipation,
+                    })
+                }
+            };
         }
         self.energy.as_ref()
+    }
+    /// Rate of the state with a value reference.
+    fn rate(&mut self, state: u32) -> Result<f64, Fault> {
+        let rates = match self.rates {
+            Some(rates) => rates,
+            None => {
+                let rates = match self.source {
+                    Source::Run(run) => Hybrid::of(run).rates(),
+                    Source::Instant(hybrid) => hybrid.rates(),
+                };
+                let time = self.time();
+                let rates = rates.map_err(|cause| Fault::NotEvaluable { time, cause })?;
+                *self.rates.insert(rates)
+            }
+        };
+        let place = self.layout.index_of_reference(state).and_then(|index| {
+            let quantity = self.layout.variables()[index].quantity;
+            place(self.layout, self.model(), self.modes, quantity)
+        });
+        Ok(place.map_or(0.0, |place| place.rate(&rates)))
     }
 
     /// Value of a quantity; `set` is the value set before the run. `None` for energies that are not
     /// accounted for yet.
+    ///
+    /// # Errors
+    /// Rates that can't be evaluated.
     #[inline]
-    fn value(&mut self, quantity: Quantity, set: f64) -> Option<f64> {
+    pub fn value(&mut self, quantity: Quantity, set: f64) -> Result<Option<f64>, Fault> {
+        if let Quantity::Rate(state) = quantity {
+            return self.rate(state).map(Some);
+        }
+        Ok(self.quantity(quantity, set))
+    }
+
+    #[inline]
+    fn quantity(&mut self, quantity: Quantity, set: f64) -> Option<f64> {
+        let model = self.model();
         Some(match quantity {
-            Quantity::MeasuredDisplacement => {
-                let run = self.run;
-                run.model().measured_displacement(self.state())
-            }
-            Quantity::TipDisplacement => {
-                let run = self.run;
-                run.model().tip(self.state()).0
-            }
-            Quantity::TipVelocity => {
-                let run = self.run;
-                run.model().tip(self.state()).1
-            }
+            Quantity::MeasuredDisplacement => model.measured_displacement(self.state()),
+            Quantity::TipDisplacement => model.tip(self.state()).0,
+            Quantity::TipVelocity => model.tip(self.state()).1,
             Quantity::TipAcceleration => self.outputs().acceleration,
             Quantity::FrictionForce => self.outputs().friction_force,
             Quantity::RelativeVelocity => self.outputs().relative_velocity,
@@ -127,43 +215,41 @@ impl<'a> View<'a> {
                 outputs.friction_force * outputs.velocity
             }
             Quantity::ContactMode => {
-                if self.run.model().has_memory() {
+                if model.has_memory() {
                     return Some(2.0);
                 }
-                match self.run.contact_mode() {
+                match self.contact_mode() {
                     ContactMode::Backward => -1.0,
                     ContactMode::Stuck => 0.0,
                     ContactMode::Forward => 1.0,
                 }
             }
-            Quantity::TransitionCount => self.run.transition_count() as f64,
-            Quantity::LastTransitionTime => self.run.last_transition_time(),
+            Quantity::TransitionCount => match self.source {
+                Source::Run(run) => run.transition_count() as f64,
+                Source::Instant(hybrid) => hybrid.transition_count() as f64,
+            },
+            Quantity::LastTransitionTime => match self.source {
+                Source::Run(run) => run.last_transition_time(),
+                Source::Instant(hybrid) => hybrid.last_transition_time(),
+            },
             Quantity::BeltTravel => self.outputs().belt_travel,
             Quantity::DwellTime => self.outputs().dwell,
-            Quantity::EnergyStored => {
-                let run = self.run;
-                run.model().stored_energy(self.state())
-            }
+            Quantity::EnergyStored => model.stored_energy(self.state()),
             Quantity::EnergyBeltWork => self.energy()?.belt_work,
             Quantity::EnergyContactDissipation => self.energy()?.contact_dissipation,
             Quantity::EnergyStructuralDissipation => self.energy()?.structural_dissipation,
-            Quantity::Mode(j, ModeItem::Displacement) => self.state_or(2 * j, j, set),
-            Quantity::Mode(j, ModeItem::Velocity) => self.state_or(2 * j + 1, j, set),
-            Quantity::EffectState(card, i) => match self.run.model().effect_states(card) {
-                Some((first, _)) => self.state()[first + i],
-                None => set,
+            Quantity::BeltDistance => match self.source {
+                Source::Run(run) => Hybrid::of(run).belt_distance(),
+                Source::Instant(hybrid) => hybrid.belt_distance(),
+            },
+            Quantity::Mode(_, ModeItem::Displacement | ModeItem::Velocity)
+            | Quantity::EffectState(..)
+            | Quantity::UserState(_) => match place(self.layout, model, self.modes, quantity) {
+                Some(Place::Model(i)) => self.state()[i],
+                _ => set,
             },
             _ => set,
         })
-    }
-
-    /// A modal coordinate; those of modes that are not in use keep the value set.
-    fn state_or(&mut self, index: usize, mode: usize, set: f64) -> f64 {
-        if mode < self.run.model().beam().modes().len() {
-            self.state()[index]
-        } else {
-            set
-        }
     }
 }
 
@@ -179,30 +265,36 @@ impl Content {
         access: Access,
         mut write: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
-        if self.phase == Phase::Initialization {
-            self.refresh()?;
-        } else if self.inputs_touched && self.phase == Phase::StepComplete {
-            self.apply_inputs()?;
-        }
-        let Some(run) = &self.run else {
-            // A run that never began (an error before) has nothing but the values set.
-            for (position, &reference) in references.iter().enumerate() {
-                write(position, self.values[find(self.layout, reference, access)?]);
+        self.catch_up()?;
+        let (run, hybrid) = (self.run.as_ref(), self.hybrid.as_ref());
+        let mut view = match (run, hybrid) {
+            (Some(run), _) => View::of_run(self, run),
+            (None, Some(hybrid)) => View::of_hybrid(self, hybrid),
+            (None, None) => {
+                // A run that never began (an error before) has nothing but the values set.
+                for (position, &reference) in references.iter().enumerate() {
+                    write(position, self.values[find(self.layout, reference, access)?]);
+                }
+                return Ok(());
             }
-            return Ok(());
         };
-        let mut view = View::new(run);
         for (position, &reference) in references.iter().enumerate() {
             let index = find(self.layout, reference, access)?;
             let quantity = self.layout.variables()[index].quantity;
-            let value = match view.value(quantity, self.values[index]) {
+            let value = match view.value(quantity, self.values[index])? {
                 Some(value) => value,
                 None => {
                     self.begin_energy(index)?;
-                    view = View::new(self.run.as_ref().expect("there was one"));
-                    view.value(quantity, self.values[index]).unwrap_or(0.0)
+                    view = View::of_run(self, self.run.as_ref().expect("there was one"));
+                    view.value(quantity, self.values[index])?.unwrap_or(0.0)
                 }
             };
+            // An integrator from outside can go where nothing can be computed any more.
+            if !value.is_finite() {
+                let time = view.time();
+                let cause = PhysicsError::NotFinite { time };
+                return Err(Fault::NotEvaluable { time, cause });
+            }
             write(position, value);
         }
         Ok(())
@@ -236,16 +328,33 @@ impl Content {
             let index = find(self.layout, reference, access)?;
             self.check(&self.layout.variables()[index], read(position))?;
         }
+        let (mut inputs, mut tuned) = (false, false);
         for (position, &reference) in references.iter().enumerate() {
             let index = find(self.layout, reference, access)?;
             self.values[index] = read(position);
+            let is_input = self.layout.variables()[index].causality == Causality::Input;
+            inputs |= is_input;
+            tuned |= !is_input;
         }
-        if self.phase == Phase::StepComplete {
-            self.inputs_touched |= !references.is_empty();
-        } else {
-            self.stale |= !references.is_empty();
+        match self.phase {
+            Phase::StepComplete => {
+                self.inputs_touched |= inputs;
+                self.retuned |= tuned;
+            }
+            Phase::EventMode | Phase::ContinuousTime => {
+                self.retuned |= tuned;
+                if inputs {
+                    self.hand_inputs()?;
+                }
+            }
+            _ => self.stale |= !references.is_empty(),
         }
         Ok(())
+    }
+
+    /// Belt velocity in m/s and normal force in N as set.
+    pub fn input_values(&self) -> [f64; 2] {
+        [PLACES.belt_velocity, PLACES.normal_force].map(|i| self.values[i])
     }
 
     fn check(&self, variable: &'static Variable, value: f64) -> Result<(), Fault> {
@@ -259,8 +368,14 @@ impl Content {
         if !variable.is_settable() {
             return refused("a result");
         }
-        if self.phase == Phase::StepComplete && variable.causality != Causality::Input {
-            return refused("fixed once the run has begun");
+        match self.phase {
+            Phase::StepComplete | Phase::EventMode if !variable.is_settable_in_a_run() => {
+                return refused("fixed once the run has begun");
+            }
+            Phase::ContinuousTime if variable.causality != Causality::Input => {
+                return refused("settable at events only");
+            }
+            _ => {}
         }
         let required = match (variable.min, variable.max) {
             _ if !value.is_finite() => "finite".to_owned(),
@@ -337,9 +452,7 @@ impl Content {
         orders: &[i32],
         mut write: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
-        if self.inputs_touched && self.phase == Phase::StepComplete {
-            self.apply_inputs()?;
-        }
+        self.catch_up()?;
         let function = Function::GetRealOutputDerivatives;
         let Some(run) = &mut self.run else {
             return Err(Fault::Unsupported {

@@ -14,6 +14,7 @@ pub mod energy;
 pub mod error;
 pub mod expression;
 pub mod friction;
+pub mod hybrid;
 pub mod integrate;
 pub mod model;
 pub mod parameters;

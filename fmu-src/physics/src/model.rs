@@ -17,6 +17,8 @@ use std::sync::Arc;
 struct Enabled {
     /// Index in the catalogue; users' effects have none.
     card: Option<usize>,
+    /// Identifier of a user's effect; empty for those of the catalogue.
+    id: String,
     states: &'static [StateVariable],
     effect: Box<dyn Effect>,
     first_state: usize,
@@ -114,6 +116,7 @@ impl Model {
                 let is_mode = beam.modes().len() > before;
                 effects.push(Enabled {
                     card: Some(card),
+                    id: String::new(),
                     states: entry.states,
                     effect,
                     first_state: 2 * before,
@@ -132,6 +135,7 @@ impl Model {
             }
             effects.push(Enabled {
                 card: None,
+                id: user.id.clone(),
                 states: user.states(),
                 effect: Box::new(user.compile()?),
                 first_state: 0,
@@ -221,6 +225,14 @@ impl Model {
         self.effects
             .iter()
             .find(|e| e.card == Some(card))
+            .map(|e| (e.first_state, e.states.len()))
+    }
+
+    /// First state and number of states of the user's effect `id`, if it is on.
+    pub fn user_states(&self, id: &str) -> Option<(usize, usize)> {
+        self.effects
+            .iter()
+            .find(|e| e.card.is_none() && e.id == id)
             .map(|e| (e.first_state, e.states.len()))
     }
 
@@ -436,6 +448,23 @@ impl Model {
             force,
             capacity,
             stuck: false,
+        }
+    }
+
+    /// Whether v_r is zero to rounding.
+    pub fn is_at_rest(&self, t: f64, x: &State) -> bool {
+        let (_, velocity) = self.tip(x);
+        let belt = self.inputs.belt_velocity_at(t);
+        self.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
+    }
+
+    /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
+    pub fn mode_at_rest(&self, t: f64, x: &State) -> ContactMode {
+        let force = self.constraint_force(t, x);
+        if force.abs() <= self.static_limit(t, x) {
+            ContactMode::Stuck
+        } else {
+            ContactMode::slip_towards(-force)
         }
     }
 

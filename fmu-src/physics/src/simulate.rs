@@ -15,6 +15,7 @@ use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
 use crate::parameters::ModelParameters;
 use std::sync::Arc;
+pub(crate) use stick::DEPARTURE_VELOCITY;
 use stick::StickSystem;
 
 /// A run whose steps are shorter than this on average, in s, over [`PATIENCE`] of them is given up.
@@ -90,6 +91,27 @@ pub struct Outputs {
     pub belt_travel: f64,
     /// Time since stick began in s.
     pub dwell: f64,
+}
+
+impl Outputs {
+    /// The observables of a state at time `t` in s.
+    pub fn of(model: &Model, t: f64, x: &State, mode: ContactMode) -> Self {
+        let mut rates = [0.0; MAX_STATES];
+        let contact: ContactForce = model.evaluate(t, x, mode, &mut rates);
+        let motion = model.motion(t, x, mode);
+        let (_, acceleration) = model.tip(&rates);
+        Self {
+            displacement: motion.displacement,
+            velocity: motion.velocity,
+            acceleration,
+            friction_force: contact.force,
+            relative_velocity: motion.relative_velocity,
+            mode,
+            measured_displacement: model.measured_displacement(x),
+            belt_travel: motion.travel,
+            dwell: motion.dwell,
+        }
+    }
 }
 
 /// Work of the integrator, for tests that catch "same answer, more work".
@@ -294,10 +316,10 @@ impl Simulation {
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();
         // At rest only the force tells whether the contact slips, and which way.
-        let rests = contact == StartContact::Stick || self.is_at_rest(t, &x);
+        let rests = contact == StartContact::Stick || self.model.is_at_rest(t, &x);
         self.front_mode = if rigid && rests {
             self.model.project_on_stick(t, &mut x);
-            self.mode_at_rest(t, &x)
+            self.model.mode_at_rest(t, &x)
         } else {
             ContactMode::slip_towards(v_r)
         };
@@ -336,7 +358,8 @@ impl Simulation {
         self.segment_is_ready = true;
         self.segment_mode = self.front_mode;
         self.end = End::Smooth;
-        self.departed = self.front_mode != ContactMode::Stuck && !self.is_at_rest(self.time, &x);
+        self.departed =
+            self.front_mode != ContactMode::Stuck && !self.model.is_at_rest(self.time, &x);
         self.stepper.next_length = self.first_slip_step;
         self.begin_piece();
         Ok(())
@@ -364,23 +387,6 @@ impl Simulation {
             mode: self.front_mode,
         };
         self.stepper.restart(&system, self.front, &self.front_state);
-    }
-
-    /// Whether v_r is zero to rounding.
-    fn is_at_rest(&self, t: f64, x: &State) -> bool {
-        let (_, velocity) = self.model.tip(x);
-        let belt = self.model.inputs.belt_velocity_at(t);
-        self.model.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
-    }
-
-    /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
-    fn mode_at_rest(&self, t: f64, x: &State) -> ContactMode {
-        let force = self.model.constraint_force(t, x);
-        if force.abs() <= self.model.static_limit(t, x) {
-            ContactMode::Stuck
-        } else {
-            ContactMode::slip_towards(-force)
-        }
     }
 
     /// Changes the inputs at the present time.
@@ -413,16 +419,61 @@ impl Simulation {
             StartContact::Slip
         };
         self.place(contact, false, travel)?;
-        if !was_stuck && self.front_mode != mode && still {
-            // At rest to rounding within slip: the sign of the slip is the one before.
+        if self.model.has_memory() && self.front_mode != mode && still {
+            // At rest to rounding the law with memory goes on with the sign before.
             self.front_mode = mode;
             self.hold(x)?;
         }
-        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it.
-        self.departed |= !was_stuck;
-        if was_stuck && self.front_mode != ContactMode::Stuck {
+        // Slip goes on; slip out of stick has departed where the belt's new velocity makes it. At rest
+        // nothing has departed, or the rest itself would be taken for the end of the slip.
+        self.departed |= !was_stuck && !still;
+        if was_stuck != (self.front_mode == ContactMode::Stuck) {
             self.note(Transition {
                 time: self.time,
+                from: mode,
+                to: self.front_mode,
+            });
+        }
+        Ok(())
+    }
+
+    /// Goes on at the present time with another model, whose state is `x` in its own order: parameters
+    /// that change during a run. Counts, energies and the place on the belt go on.
+    ///
+    /// # Errors
+    /// A state with which the new model can't start; the run is then of no use.
+    pub fn set_model(&mut self, model: Model, x: State) -> Result<(), PhysicsError> {
+        let t = self.time;
+        self.count_energy(t);
+        let mode = self.segment_mode;
+        let travel = self.model.motion(t, &self.state(), mode).travel;
+        let now = self.model.inputs;
+        let inputs = Inputs {
+            since: t,
+            belt_velocity: now.belt_velocity_at(t),
+            normal_force: now.normal_force_at(t),
+            ..now
+        };
+        let dwell_began = self.model.stick_since;
+        let sticks = mode == ContactMode::Stuck;
+        self.model = model;
+        self.model.inputs = inputs;
+        self.model.travel_offset = 0.0;
+        self.model.stick_since = dwell_began;
+        self.stick_system = None;
+        self.scales = self.model.state_scales();
+        self.first_slip_step = 0.05 / self.model.highest_frequency();
+        self.front_state = x;
+        let contact = if sticks {
+            StartContact::Stick
+        } else {
+            StartContact::Slip
+        };
+        self.place(contact, false, travel)?;
+        self.departed |= !sticks;
+        if sticks && self.front_mode != ContactMode::Stuck {
+            self.note(Transition {
+                time: t,
                 from: mode,
                 to: self.front_mode,
             });
@@ -717,7 +768,7 @@ impl Simulation {
         } else {
             self.model.project_on_stick(t, &mut x);
             self.model.stick_since = t;
-            self.front_mode = self.mode_at_rest(t, &x);
+            self.front_mode = self.model.mode_at_rest(t, &x);
             if self.front_mode == ContactMode::Stuck {
                 self.model.on_stick(&mut x);
             }
@@ -755,22 +806,7 @@ impl Simulation {
     fn outputs_at(&self, t: f64) -> Outputs {
         let mut x = [0.0; MAX_STATES];
         self.segment.state_at(self.segment.theta(t), &mut x);
-        let mode = self.segment_mode;
-        let mut rates = [0.0; MAX_STATES];
-        let contact: ContactForce = self.model.evaluate(t, &x, mode, &mut rates);
-        let motion = self.model.motion(t, &x, mode);
-        let (_, acceleration) = self.model.tip(&rates);
-        Outputs {
-            displacement: motion.displacement,
-            velocity: motion.velocity,
-            acceleration,
-            friction_force: contact.force,
-            relative_velocity: motion.relative_velocity,
-            mode,
-            measured_displacement: self.model.measured_displacement(&x),
-            belt_travel: motion.travel,
-            dwell: motion.dwell,
-        }
+        Outputs::of(&self.model, t, &x, self.segment_mode)
     }
 
     /// The rates of the observables at the present time, each per second. The motion's own are exact,

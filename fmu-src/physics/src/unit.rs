@@ -17,6 +17,18 @@ pub struct Unit {
     pub rad: i32,
 }
 
+impl Unit {
+    /// The unit of a rate of change.
+    ///
+    /// # Panics
+    /// If it is not among [`ALL`].
+    pub fn per_second(self) -> Self {
+        let is_it = |u: &&Self| (u.kg, u.m, u.s, u.rad) == (self.kg, self.m, self.s - 1, self.rad);
+        let found = ALL.iter().find(is_it).copied();
+        found.unwrap_or_else(|| panic!("list the unit of rates of {}", self.symbol))
+    }
+}
+
 const fn unit(symbol: &'static str, kg: i32, m: i32, s: i32, rad: i32) -> Unit {
     Unit {
         symbol,

@@ -2,6 +2,7 @@
 
 pub mod blind_test;
 pub mod compare;
+pub mod cross_check;
 pub mod demo;
 pub mod diagnose;
 mod diagnose_page;
@@ -10,6 +11,7 @@ pub mod effects;
 pub mod observe;
 pub mod operating_point;
 pub mod pack;
+mod parameter_set;
 pub mod repaired_model;
 pub mod simulate;
 pub mod try_effects;

@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use super::pack;
+use super::parameter_set::ssv;
 use crate::diagnose::outcome::Diagnosis;
 use crate::error::Error;
-use crate::fmu::{Fmu, Kind, with_guid, with_starts};
+use crate::fmu::{Fmu, with_guid, with_starts};
 use crate::output::write_file;
 
 /// Calibrated values by FMU variable: those of the structure, the friction law and the effects.
@@ -47,7 +48,7 @@ pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Erro
     write_file(&folder.join("model.toml"), model_toml(&values).as_bytes())?;
     write_file(
         &folder.join("StickSlipBeam.ssv"),
-        ssv(fmu, &values).as_bytes(),
+        ssv(fmu.description(), "calibrated", &values).as_bytes(),
     )?;
     write_fmu(fmu, &values, &folder.join(pack::FILE_NAME))
 }
@@ -58,6 +59,10 @@ pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Erro
 /// As [`write`].
 pub fn write_fmu(fmu: &Fmu, values: &[(String, f64)], path: &Path) -> Result<(), Error> {
     let refused = |problem: String| Error::StartValues { problem };
+    let unfit = |error| match error {
+        Error::FmuInstantiate { reason, .. } => refused(reason),
+        other => other,
+    };
     let mut files = fmu.files()?;
     let place = |files: &[(String, Vec<u8>)], name: &str| files.iter().position(|f| f.0 == name);
     let text = |files: &[(String, Vec<u8>)], at: usize| {
@@ -74,15 +79,11 @@ pub fn write_fmu(fmu: &Fmu, values: &[(String, f64)], path: &Path) -> Result<(),
         files[starts].1 = start_values(&old, &guid, values)
             .map_err(|problem| refused(format!("{}: {problem}", pack::START_VALUES)))?
             .into_bytes();
-        if let Some(page) = place(&files, pack::DOCUMENTATION) {
-            files[page].1 = pack::document(path, &xml)?;
-        }
+        files[description].1 = xml.clone().into_bytes();
+        return pack::write_changed(path, &xml, files).map_err(unfit);
     }
     files[description].1 = xml.into_bytes();
-    pack::write_fmu(path, &files).map_err(|error| match error {
-        Error::FmuInstantiate { reason, .. } => refused(reason),
-        other => other,
-    })
+    pack::write_fmu(path, &files).map_err(unfit)
 }
 
 /// The start values' file with these values and this GUID; what else stands in it (the users' effects) stays.
@@ -107,27 +108,4 @@ fn model_toml(values: &[(String, f64)]) -> String {
         out += &format!("\"{name}\" = {value:?}\n");
     }
     out
-}
-
-/// System Structure Parameter Values 1.0 (SSP standard, section 6).
-fn ssv(fmu: &Fmu, values: &[(String, f64)]) -> String {
-    let mut out = String::from(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<ssv:ParameterSet version=\"1.0\" name=\"calibrated\" xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\">\n  <ssv:Parameters>\n",
-    );
-    for (name, value) in values {
-        let variable = fmu.variable(name).ok();
-        let content = match variable.map(|v| v.kind) {
-            Some(Kind::Integer | Kind::Enumeration) => {
-                format!("<ssv:Integer value=\"{value:.0}\"/>")
-            }
-            _ => {
-                let unit = variable
-                    .and_then(|v| v.unit.clone())
-                    .map_or(String::new(), |u| format!(" unit=\"{u}\""));
-                format!("<ssv:Real value=\"{value:?}\"{unit}/>")
-            }
-        };
-        out += &format!("    <ssv:Parameter name=\"{name}\">{content}</ssv:Parameter>\n");
-    }
-    out + "  </ssv:Parameters>\n</ssv:ParameterSet>\n"
 }

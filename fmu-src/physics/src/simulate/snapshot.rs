@@ -78,7 +78,7 @@ impl Codec for Reader<'_> {
     }
 }
 
-fn mode(value: &mut ContactMode, codec: &mut impl Codec) -> Option<()> {
+pub(crate) fn mode(value: &mut ContactMode, codec: &mut impl Codec) -> Option<()> {
     const MODES: [ContactMode; 3] = [
         ContactMode::Backward,
         ContactMode::Stuck,

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Relative velocity in m/s with which slip leaves stick. At break-away friction balances the motion,
 /// so v_r = 0 is a rest from which slip grows like exp(t/tau); this seed fixes its direction against
 /// rounding. The golden values use the same seed; without it, transitions come about 2e-13 s later.
-const DEPARTURE_VELOCITY: f64 = 1e-13;
+pub(crate) const DEPARTURE_VELOCITY: f64 = 1e-13;
 
 /// The linear motion of stick, with the constraint force along it.
 pub(super) struct StickSystem {

@@ -5,7 +5,7 @@ use crate::report::{Cell, Page, Table};
 
 /// The page.
 pub fn index(description: &ModelDescription) -> String {
-    let mut page = Page::new("StickSlipBeam", "A friction-driven stick-slip beam as an FMI 2.0 co-simulation FMU.")
+    let mut page = Page::new("StickSlipBeam", "A friction-driven stick-slip beam as an FMI 2.0 FMU for co-simulation and model exchange.")
         .paragraph(
             "A cantilever whose tip rubs on a moving belt, in modal coordinates: \
              q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j(1) F / m_j, tip displacement w = sum of phi_j(1) q_j. \

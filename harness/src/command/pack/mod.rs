@@ -3,6 +3,7 @@
 //!
 //! The only place where the harness knows the FMU's crates.
 
+mod contents;
 mod documentation;
 mod own_effects;
 
@@ -15,7 +16,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use crate::error::Error;
-use crate::fmu::{Fmu, ModelDescription, PLATFORM};
+use crate::fmu::{Fmu, PLATFORM};
 use crate::output::write_file;
 
 /// Name of the file.
@@ -73,38 +74,50 @@ pub fn pack_with(path: &Path, effects: &[PathBuf]) -> Result<(), Error> {
             ),
             library,
         ),
-        (DOCUMENTATION.to_owned(), document(path, &xml)?),
-        (
-            "documentation/licenses/license.txt".to_owned(),
-            include_bytes!("license.txt").to_vec(),
-        ),
         (START_VALUES.to_owned(), starts.into_bytes()),
     ];
     for effect in layout.effects() {
         let name = format!("resources/{EFFECTS_FOLDER}/{}.toml", effect.id);
         files.push((name, effect.text.clone().into_bytes()));
     }
+    files.extend(contents::fixed());
+    contents::follow_description(path, &xml, &mut files)?;
+    write_with_results(path, files)
+}
+
+/// Adds reference results to the files of an FMU of this model, and writes it.
+///
+/// # Errors
+/// As [`write_fmu`].
+fn write_with_results(path: &Path, mut files: Vec<contents::Entry>) -> Result<(), Error> {
+    let folder = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
+    let trial = folder.path().join(FILE_NAME);
+    let bytes = archive(&files).map_err(|e| Error::Write {
+        path: path.to_owned(),
+        source: e.into(),
+    })?;
+    std::fs::write(&trial, bytes).map_err(Error::write(&trial))?;
+    // A model that can't run with its start values (a user's formula, extreme values) is an FMU all the same.
+    if let Ok(results) = contents::reference_results(&Fmu::load(&trial)?) {
+        files.extend(results);
+    }
     write_fmu(path, &files)
+}
+
+/// Brings everything that follows from the description up to date, reference results included, and writes an FMU of
+/// this model.
+///
+/// # Errors
+/// A description that can't be read; as [`write_fmu`].
+pub fn write_changed(path: &Path, xml: &str, mut files: Vec<contents::Entry>) -> Result<(), Error> {
+    contents::follow_description(path, xml, &mut files)?;
+    write_with_results(path, files)
 }
 
 /// Where the description lies in the archive.
 pub const DESCRIPTION: &str = "modelDescription.xml";
-/// Where the documentation lies in the archive.
-pub const DOCUMENTATION: &str = "documentation/index.html";
 /// Where an FMU of this project has its start values.
 pub const START_VALUES: &str = "resources/start_values.toml";
-
-/// The documentation for a description.
-///
-/// # Errors
-/// A description that can't be read.
-pub fn document(path: &Path, xml: &str) -> Result<Vec<u8>, Error> {
-    let description = ModelDescription::parse(xml).map_err(|problem| Error::FmuDescription {
-        path: path.to_owned(),
-        problem,
-    })?;
-    Ok(documentation::index(&description).into_bytes())
-}
 
 /// Writes an FMU of these files (path inside the archive, content).
 ///

@@ -1,0 +1,336 @@
+//! Model exchange through the C interface: an integrator of the test's own, against golden transition times
+//! and against co-simulation.
+
+use std::ffi::c_int;
+use stickslip_tests::exchange::{EventInfo, Integration, STATES};
+use stickslip_tests::root;
+use stickslip_tests::slave::{DISCARD, ERROR, OK, Slave};
+use stickslip_tests::variables::reference;
+
+/// Results compared, with their usual magnitude in SI units.
+const RESULTS: [(&str, f64); 15] = [
+    ("tip_displacement", 1e-3),
+    ("tip_velocity", 0.1),
+    ("tip_acceleration", 100.0),
+    ("friction_force", 50.0),
+    ("relative_velocity", 0.1),
+    ("power_into_beam", 5.0),
+    ("measured_displacement", 1e-3),
+    ("belt_travel", 0.1),
+    ("dwell_time", 1e-2),
+    ("last_transition_time", 0.1),
+    ("energy.stored", 0.1),
+    ("energy.belt_work", 0.1),
+    ("energy.contact_dissipation", 0.1),
+    ("energy.structural_dissipation", 0.1),
+    ("belt_distance", 0.1),
+];
+
+fn results(slave: &Slave) -> Vec<f64> {
+    let mut values = [0.0; RESULTS.len()];
+    let references = RESULTS.map(|(name, _)| reference(name));
+    assert_eq!(slave.get_into(&references, &mut values), OK);
+    values.to_vec()
+}
+
+/// Worst difference over the usual magnitude.
+fn worst(a: &[f64], b: &[f64]) -> f64 {
+    let scaled = |i: usize| (a[i] - b[i]).abs() / RESULTS[i].1;
+    (0..RESULTS.len()).map(scaled).fold(0.0, f64::max)
+}
+
+#[test]
+fn val_transition_times_are_the_golden_ones() {
+    // Truth: reference-data/computed/golden/events.json, three independent integrators.
+    let file = root().join("reference-data/computed/golden/events.json");
+    let cases: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    for case in &cases.as_array().unwrap()[..3] {
+        let x = |i: usize| case["initial_state"][i].as_f64().unwrap();
+        let slave = Slave::started_exchange(&[
+            ("normal_force", case["normal_force_n"].as_f64().unwrap()),
+            (
+                "belt_velocity",
+                case["belt_velocity_m_per_s"].as_f64().unwrap(),
+            ),
+            ("q[1]", x(0)),
+            ("q_dot[1]", x(1)),
+            ("q[2]", x(2)),
+            ("q_dot[2]", x(3)),
+        ]);
+        let mut integration = Integration::new(&slave, 0.0, &|_, _| {});
+        for (i, event) in case["events"].as_array().unwrap()[..12].iter().enumerate() {
+            let time = event[0].as_f64().unwrap();
+            integration.run(time + 1e-6, 4e-6);
+            assert_eq!(slave.get_integer("transition_count"), i as c_int + 1);
+            let mine = slave.get("last_transition_time");
+            assert!((mine - time).abs() < 1e-7, "{mine} {time}");
+        }
+    }
+}
+
+/// Parameters; end in s and step in s of the plain integrator; worst difference allowed.
+type Case = (&'static [(&'static str, f64)], f64, f64, f64);
+
+/// Every effect with states, the friction laws without series, and a start in slip.
+const CASES: [Case; 9] = [
+    (&[], 0.05, 4e-6, 1e-5),
+    (
+        &[
+            ("belt_velocity", 0.06),
+            ("normal_force", 60.0),
+            ("q[1]", 1e-4),
+        ],
+        0.05,
+        4e-6,
+        1e-5,
+    ),
+    (&[("third_mode.frequency", 1404.0)], 0.03, 2e-6, 1e-5),
+    (
+        &[
+            ("belt_drive_compliance.mass", 2.0),
+            ("belt_drive_compliance.stiffness", 8e4),
+            ("belt_drive_compliance.damping", 20.0),
+        ],
+        0.03,
+        4e-6,
+        1e-5,
+    ),
+    (
+        &[
+            ("frictional_lag.time_constant", 3e-4),
+            ("sensor_lag.time_constant", 1e-4),
+        ],
+        0.03,
+        4e-6,
+        1e-5,
+    ),
+    (
+        &[
+            ("presliding_compliance.bristle_stiffness", 5e5),
+            ("presliding_compliance.bristle_damping", 60.0),
+        ],
+        0.02,
+        2e-6,
+        1e-4,
+    ),
+    (
+        &[
+            ("static_friction_aging.gain", 0.1),
+            ("belt_periodic_friction.amplitude", 0.05),
+        ],
+        0.03,
+        4e-6,
+        1e-5,
+    ),
+    (
+        &[
+            ("axial_load.softening", 1e-5),
+            ("base_excitation.amplitude", 5.0),
+            ("cubic_stiffness.coefficient", 1e8),
+            ("normal_force_modulation.amplitude", 0.1),
+            ("normal_force_coupling.coefficient", 20.0),
+            ("viscous_friction.coefficient", 0.05),
+            ("friction_drift.change", 0.1),
+            ("quadratic_drag.coefficient", 1.0),
+        ],
+        0.03,
+        4e-6,
+        1e-5,
+    ),
+    (
+        &[("friction.v1", 0.03), ("mode[1].damping_ratio", 0.01)],
+        0.03,
+        4e-6,
+        1e-5,
+    ),
+];
+
+#[test]
+fn both_interfaces_give_the_same_motion_with_every_effect() {
+    for (set, end, h, allowed) in CASES {
+        let there = Slave::new();
+        for (name, value) in set {
+            assert_eq!(there.set(name, *value), OK, "{name}");
+        }
+        there.start_at(0.0);
+        results(&there);
+        let here = Slave::started_exchange(set);
+        assert!(worst(&results(&here), &results(&there)) < 1e-12, "{set:?}");
+        let mut integration = Integration::new(&here, 0.0, &|_, _| {});
+        let mut from = 0.0;
+        for i in 1..=10 {
+            let to = end * f64::from(i) / 10.0;
+            assert_eq!(there.step(from, to - from), OK);
+            integration.run(to, h);
+            from = to;
+            let difference = worst(&results(&here), &results(&there));
+            assert!(
+                difference < allowed,
+                "{set:?} at {to}: {difference:e}\n{:?}\n{:?}",
+                results(&here),
+                results(&there)
+            );
+            for name in ["contact_mode", "transition_count"] {
+                assert_eq!(
+                    here.get_integer(name),
+                    there.get_integer(name),
+                    "{set:?} at {to}"
+                );
+            }
+            let states: Vec<f64> = STATES.iter().map(|name| there.get(name)).collect();
+            for ((name, a), b) in STATES.iter().zip(here.states()).zip(states) {
+                assert!(
+                    (a - b).abs() < allowed * b.abs().max(0.1),
+                    "{name}: {a} {b}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_belt_that_ramps_and_jumps_gives_the_same_motion_in_both() {
+    let ramp = |t: f64| 0.1 + 0.5 * t;
+    let there = Slave::started();
+    let here = Slave::started_exchange(&[]);
+    let follow = |slave: &Slave, t: f64| assert_eq!(slave.set("belt_velocity", ramp(t)), OK);
+    let mut integration = Integration::new(&here, 0.0, &follow);
+    for i in 0..10_u32 {
+        let (from, to) = (f64::from(i) * 2e-3, f64::from(i + 1) * 2e-3);
+        assert_eq!(there.set("belt_velocity", ramp(from)), OK);
+        assert_eq!(there.set_rate("belt_velocity", 1, 0.5), OK);
+        assert_eq!(there.step(from, to - from), OK);
+        integration.run(to, 4e-6);
+        let difference = (here.get("tip_displacement") - there.get("tip_displacement")).abs();
+        // The lag of stick behind a belt that accelerates: 0.5 m/s^2 over 32 000 1/s for 20 ms.
+        assert!(difference < 4e-7, "{difference:e} at {to}");
+    }
+    // A jump must come at an event (FMI 2.0.5, section 3.2.2).
+    assert_eq!(here.plain_call("fmi2EnterEventMode"), OK);
+    assert_eq!(here.set("belt_velocity", 0.3), OK);
+    here.new_discrete_states();
+    assert_eq!(here.plain_call("fmi2EnterContinuousTimeMode"), OK);
+    assert_eq!(there.set("belt_velocity", 0.3), OK);
+    assert_eq!(
+        here.get_integer("contact_mode"),
+        there.get_integer("contact_mode")
+    );
+    assert_eq!(here.get_integer("contact_mode"), -1);
+}
+
+#[test]
+fn states_that_are_not_in_use_keep_their_value_and_have_the_rate_zero() {
+    let slave = Slave::started_exchange(&[]);
+    let used = ["q[1]", "q_dot[1]", "q[2]", "q_dot[2]", "belt_distance"];
+    let mut states = slave.states();
+    for (i, (name, x)) in STATES.iter().zip(&mut states).enumerate() {
+        if !used.contains(&name.as_str()) {
+            *x = i as f64;
+        }
+    }
+    assert_eq!(slave.set_states(&states), OK);
+    assert_eq!(slave.states(), states);
+    for ((name, rate), x) in STATES.iter().zip(slave.derivatives()).zip(&states) {
+        let energy = name.starts_with("energy.");
+        if !energy && !used.contains(&name.as_str()) {
+            assert_eq!(rate, 0.0, "{name}");
+        }
+        assert_eq!(slave.get(name), *x, "{name}");
+        assert_eq!(slave.get(&format!("der({name})")), rate, "{name}");
+    }
+}
+
+#[test]
+fn a_restored_instant_goes_on_to_the_bit_also_from_bytes() {
+    let set = [
+        ("third_mode.frequency", 1404.0),
+        ("static_friction_aging.gain", 0.1),
+        ("sensor_lag.time_constant", 1e-4),
+    ];
+    let slave = Slave::started_exchange(&set);
+    Integration::new(&slave, 0.0, &|_, _| {}).run(0.007, 1e-5);
+    let mut state = slave.state();
+    let finish = |slave: &Slave| {
+        Integration::new(slave, 0.007, &|_, _| {}).run(0.02, 1e-5);
+        results(slave)
+            .into_iter()
+            .map(f64::to_bits)
+            .collect::<Vec<_>>()
+    };
+    let first = finish(&slave);
+    assert_eq!(slave.set_state(state), OK);
+    assert_eq!(finish(&slave), first);
+    let bytes = slave.serialize(state);
+    let other = Slave::new_exchange();
+    let mut copy = other.deserialize(&bytes).unwrap();
+    assert_eq!(other.set_state(copy), OK);
+    assert_eq!(finish(&other), first);
+    // A state of the other interface can't be taken over.
+    let foreign = Slave::started();
+    assert_eq!(foreign.deserialize(&bytes).err(), Some(ERROR));
+    assert_eq!(foreign.set_state(state), ERROR);
+    assert!(foreign.messages()[0].text.contains("model exchange"));
+    other.free_state(&mut copy);
+    slave.free_state(&mut state);
+}
+
+#[test]
+fn reset_is_as_good_as_new() {
+    let fresh = Slave::started_exchange(&[]);
+    let slave = Slave::started_exchange(&[("third_mode.frequency", 1404.0)]);
+    Integration::new(&slave, 0.0, &|_, _| {}).run(0.005, 1e-5);
+    assert_eq!(slave.reset(), OK);
+    slave.start_at(0.0);
+    slave.new_discrete_states();
+    assert_eq!(slave.plain_call("fmi2EnterContinuousTimeMode"), OK);
+    for s in [&slave, &fresh] {
+        Integration::new(s, 0.0, &|_, _| {}).run(0.005, 1e-5);
+    }
+    assert_eq!(results(&slave), results(&fresh));
+}
+
+#[test]
+fn parameters_are_tuned_at_events_and_take_effect_at_once() {
+    let slave = Slave::started_exchange(&[]);
+    let mut integration = Integration::new(&slave, 0.0, &|_, _| {});
+    while slave.get_integer("contact_mode") == 0 {
+        integration.run(integration.time + 1e-3, 1e-5);
+    }
+    let before = slave.get("friction_force");
+    assert_eq!(slave.set("friction.level", 0.5), ERROR);
+    assert_eq!(slave.plain_call("fmi2EnterEventMode"), OK);
+    assert_eq!(slave.set("friction.level", 0.5), OK);
+    slave.new_discrete_states();
+    assert!((slave.get("friction_force") - 0.5 * before).abs() < 1e-9);
+    assert_eq!(slave.set("mode[1].mass", 0.0), OK);
+    assert_eq!(
+        slave.new_discrete_states_into(&mut EventInfo::default()),
+        ERROR
+    );
+    assert_eq!(slave.set("mode[1].mass", 0.427), OK);
+    slave.new_discrete_states();
+    assert_eq!(slave.set_integer("mode_count", 3), ERROR);
+}
+
+#[test]
+fn wrong_counts_and_states_that_are_no_numbers_are_refused() {
+    let slave = Slave::started_exchange(&[]);
+    let n = STATES.len();
+    for name in [
+        "fmi2GetContinuousStates",
+        "fmi2GetDerivatives",
+        "fmi2GetNominalsOfContinuousStates",
+    ] {
+        assert_eq!(slave.fill(name, &mut vec![0.0; n - 1]), ERROR, "{name}");
+        assert_eq!(slave.fill(name, &mut vec![0.0; n + 1]), ERROR, "{name}");
+        assert_eq!(slave.fill(name, &mut vec![0.0; n]), OK, "{name}");
+    }
+    assert_eq!(slave.fill("fmi2GetEventIndicators", &mut [0.0; 2]), ERROR);
+    assert_eq!(slave.set_states(&vec![0.0; n - 1]), ERROR);
+    assert_eq!(slave.set_states(&vec![f64::NAN; n]), ERROR);
+    assert_eq!(slave.set_time(f64::NAN), ERROR);
+    // States that lead out of what can be computed: the integrator may try again (fmi2Discard).
+    assert_eq!(slave.set_states(&vec![1e300; n]), OK);
+    assert_eq!(slave.fill("fmi2GetDerivatives", &mut vec![0.0; n]), DISCARD);
+}
