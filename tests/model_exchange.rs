@@ -334,3 +334,55 @@ fn wrong_counts_and_states_that_are_no_numbers_are_refused() {
     assert_eq!(slave.set_states(&vec![1e300; n]), OK);
     assert_eq!(slave.fill("fmi2GetDerivatives", &mut vec![0.0; n]), DISCARD);
 }
+
+/// An instance of an FMU with a user's effect that moves the belt.
+fn with_a_moved_belt(kind: c_int) -> Slave {
+    let file = "id = 'surge'\ntitle = 'The belt surges'\ntarget = 'belt_velocity'\nexpression = 'a*v0'\n\
+        [[parameter]]\nname = 'a'\nunit = '1'\nmin = 0\nmax = 1\ntypical = 0.1\n";
+    let card = beam_model_description::UserCard::parse(file).unwrap();
+    let layout = beam_model_description::Layout::with(vec![card]).unwrap();
+    let none: [(&str, f64); 0] = [];
+    let (_, guid) = layout.xml_with_starts(&none).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("effects")).unwrap();
+    std::fs::write(folder.path().join("effects/surge.toml"), file).unwrap();
+    let starts = layout.start_values_toml(&none, &guid).unwrap();
+    std::fs::write(folder.path().join("start_values.toml"), starts).unwrap();
+    let uri = format!("file://{}", folder.path().display());
+    let slave = Slave::instantiate("user's", kind, Some(&guid), Some(&uri), 0);
+    let slave = slave.unwrap_or_else(|m| panic!("{m:?}"));
+    // Value reference of the first parameter of the first user's effect.
+    assert_eq!(slave.set_all(&[9000], &[0.1]), OK);
+    slave.start_at(0.0);
+    slave
+}
+
+#[test]
+fn a_users_effect_that_moves_the_belt_brings_a_state_of_its_own() {
+    let (state, rate) = (9060, 9080);
+    let read = |slave: &Slave, vr: u32| {
+        let mut value = [f64::NAN];
+        assert_eq!(slave.get_into(&[vr], &mut value), OK);
+        value[0]
+    };
+    let here = with_a_moved_belt(0);
+    here.new_discrete_states();
+    assert_eq!(here.plain_call("fmi2EnterContinuousTimeMode"), OK);
+    let count = STATES.len() + 1;
+    let mut states = vec![f64::NAN; count];
+    assert_eq!(here.fill("fmi2GetContinuousStates", &mut states), OK);
+    assert_eq!(states[count - 1], 0.0);
+    let mut rates = vec![f64::NAN; count];
+    assert_eq!(here.fill("fmi2GetDerivatives", &mut rates), OK);
+    assert!((rates[count - 1] - 0.1 * 0.1).abs() < 1e-15);
+    assert_eq!(read(&here, rate), rates[count - 1]);
+    let travel = here.get("belt_travel");
+    states[count - 1] = 0.25;
+    assert_eq!(here.set_states(&states), OK);
+    assert_eq!(read(&here, state), 0.25);
+    assert!((here.get("belt_travel") - travel - 0.25).abs() < 1e-15);
+    let there = with_a_moved_belt(1);
+    assert_eq!(there.step(0.0, 1e-3), OK);
+    assert!((read(&there, state) - 0.01 * 1e-3).abs() < 1e-12);
+    assert!((read(&there, rate) - 0.01).abs() < 1e-15);
+}

@@ -5,7 +5,9 @@
 //! was found by looking at the model itself: `tests/dependencies.rs` does so again and compares.
 
 use crate::layout::Layout;
+use crate::user_effect::UserCard;
 use crate::variable::{Causality, Initial, Quantity};
+use beam_physics::effects::user_expression::Target;
 use quick_xml::Writer;
 use std::io;
 
@@ -84,10 +86,13 @@ fn knowns(layout: &Layout, unknown: usize) -> Option<Vec<usize>> {
         .filter_map(|line| line.split_once(':'))
         .find(|(of, _)| of == name)?;
     let mut knowns: Vec<usize> = list.split_whitespace().filter_map(place).collect();
-    // Users' formulas may change friction and the belt's velocity with anything that those look at.
+    // A user's formula for the belt's velocity may look at the normal force; those for forces look at
+    // nothing that the catalogue's effects on forces do not look at.
     let has = |knowns: &[usize], name: &str| place(name).is_some_and(|i| knowns.contains(&i));
-    if !layout.effects().is_empty() {
-        if has(&knowns, "belt_velocity") {
+    let moves_belt = |card: &UserCard| card.target == Target::BeltVelocity;
+    if layout.effects().iter().any(moves_belt) {
+        // The distance goes by the velocity as given.
+        if has(&knowns, "belt_velocity") && name != "der(belt_distance)" {
             knowns.extend(place("normal_force"));
         }
         if has(&knowns, "belt_distance") {
