@@ -15,4 +15,5 @@ pub mod metric;
 pub mod observer;
 pub mod output;
 pub mod report;
+pub mod watch;
 mod wording;

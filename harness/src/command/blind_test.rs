@@ -8,12 +8,13 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::diagnose::{Progress, diagnose};
+use super::diagnose::diagnose;
+use super::progress::Progress;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
-use crate::diagnose::select::Watch as _;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, write_file};
+use crate::watch::Watch as _;
 
 /// Options of `blind-test`.
 #[derive(Debug, Args)]
@@ -65,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     })?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let progress = Progress::new();
+    let progress = Progress::new(Progress::STEPS);
     let mut cases = Vec::new();
     for answer in &truth {
         let name = answer["campaign"].as_str().unwrap_or_default().to_owned();

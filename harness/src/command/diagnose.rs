@@ -1,20 +1,20 @@
 //! `stickslip diagnose`: which physical effect the model lacks, from a measured campaign.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
+use super::progress::Progress;
 use super::{diagnose_page, repaired_model};
 use crate::diagnose::conclude::{Rungs, climb, conclude, prune};
 use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::select::{Selection, Watch, calibrate_threshold, select};
+use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, write_file};
+use crate::watch::Watch;
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let progress = Progress::new();
+    let progress = Progress::new(Progress::STEPS);
     let diagnosis = diagnose(
         &fmu,
         &campaign,
@@ -157,57 +157,4 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
         let _ = writeln!(out, "note: {remark}");
     }
     out
-}
-
-/// A progress bar with the candidate in work; Ctrl-C ends the search and keeps what is finished.
-pub struct Progress {
-    bar: ProgressBar,
-    stop: std::sync::Arc<AtomicBool>,
-}
-
-impl Progress {
-    /// A bar on the terminal.
-    pub fn new() -> Self {
-        let bar = ProgressBar::new(1);
-        bar.set_style(
-            ProgressStyle::with_template(
-                "{elapsed_precise} {bar:30} {pos}/{len} {msg} (about {eta} left)",
-            )
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
-        let stop = std::sync::Arc::new(AtomicBool::new(false));
-        let flag = stop.clone();
-        // A second registration (several campaigns in one program) is refused and not needed.
-        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-        Self { bar, stop }
-    }
-}
-
-impl Progress {
-    /// Prints without disturbing the bar.
-    pub fn suspend(&self, print: impl FnOnce()) {
-        self.bar.suspend(print);
-    }
-
-    /// Removes the bar.
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-impl Default for Progress {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl Watch for Progress {
-    fn step(&self, what: &str, done: usize, of: usize) {
-        self.bar.set_length(of as u64);
-        self.bar.set_position(done as u64);
-        self.bar.set_message(what.to_owned());
-    }
-    fn stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
 }

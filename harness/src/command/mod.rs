@@ -12,6 +12,7 @@ pub mod observe;
 pub mod operating_point;
 pub mod pack;
 mod parameter_set;
+mod progress;
 pub mod repaired_model;
 pub mod simulate;
 pub mod try_effects;

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::diagnose::{Progress, report, terminal, to_json};
+use super::diagnose::{report, terminal, to_json};
+use super::progress::Progress;
 use crate::diagnose::conclude::climb;
-use crate::diagnose::select::{Watch, follow};
+use crate::diagnose::select::follow;
 use crate::diagnose::session::Session;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::make_folder;
+use crate::watch::Watch;
 
 /// Options of `try`.
 #[derive(Debug, Args)]
@@ -45,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     make_folder(&arguments.output)?;
-    let progress = Progress::new();
+    let progress = Progress::new(Progress::STEPS);
     let selection = follow(&session, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
     progress.step("judging on the runs kept out", 0, 1);

@@ -55,7 +55,7 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
     let all = session.fit_shots(1);
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let results = super::session::parallel(&steps, |contender| {
-        let trial = refit(session, contender, &all)?;
+        let trial = refit(session, contender, &all, &shots)?;
         let fit = judge::of_fit(session, &all, &trial.fit);
         let holdout = judge::held_out(session, &trial, Care::Thorough)?;
         let colour = whiteness::colour(session, &shots, &trial)?;
@@ -137,10 +137,15 @@ fn last_effort() -> Effort {
     }
 }
 
-fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Trial, Error> {
-    let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+/// A contender fitted to `shots`, which stand at `all` in the session's list.
+fn refit(
+    session: &Session,
+    contender: &Contender,
+    all: &[usize],
+    shots: &[Shot],
+) -> Result<Trial, Error> {
     let h = session.hypothesis(&contender.choices)?;
-    let mut start = Point::centre(&h, &shots);
+    let mut start = Point::centre(&h, shots);
     start.shared.clone_from(&contender.trial.fit.point.shared);
     start.own.clone_from(&contender.trial.fit.point.own);
     // Shots that were in the comparison keep the starts found there.
@@ -155,7 +160,7 @@ fn refit(session: &Session, contender: &Contender, all: &[usize]) -> Result<Tria
     } else {
         search::effort(REFIT_OF_WRONG)
     };
-    search::settled(session, h, &shots, start, effort)
+    search::settled(session, h, shots, start, effort)
 }
 
 /// The diagnosis.

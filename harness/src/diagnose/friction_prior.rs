@@ -6,7 +6,7 @@
 //! values are the prior; else the observed coefficient and sliding speed are, with wide spreads.
 
 use super::shot::Smoothing;
-use super::unexplained::slip_of_run;
+use super::unexplained::{median, slip_of_run};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;
@@ -87,10 +87,4 @@ impl FrictionPrior {
             foreign: Some(ratio),
         })
     }
-}
-
-/// Median; NaN of nothing.
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -11,9 +11,10 @@ use super::contender::Contender;
 use super::hypothesis::Choice;
 use super::screen::Screen;
 use super::search::{BRIEF, HIDDEN};
-use super::select::{Silent, Watch};
+use super::select::Silent;
 use super::session::Session;
 use crate::error::Error;
+use crate::watch::Watch;
 
 /// Seed of the noise: the same campaign gives the same distribution.
 const SEED: u64 = 1992;

@@ -5,9 +5,9 @@ use super::fit::TRIMMED;
 use super::hypothesis::Choice;
 use super::screen::Screen;
 use super::search::{BRIEF, HIDDEN, variants};
-use super::select::Watch;
 use super::session::Session;
 use crate::error::Error;
+use crate::watch::Watch;
 
 /// Share of the misfit above the noise that a single effect must remove to lead pairs, if it is not the best.
 const LEAST_HELP: f64 = 0.1;

@@ -5,10 +5,10 @@ use super::fit::Effort;
 use super::hypothesis::Choice;
 use super::predictor::Point;
 use super::search::{self, Depth, Trial, baseline, search};
-use super::select::Watch;
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
+use crate::watch::Watch;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Every how many-th group of shots is used while candidates are compared.

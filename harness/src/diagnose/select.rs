@@ -12,6 +12,7 @@ use super::search::{self, BRIEF, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
+use crate::watch::Watch;
 
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 3;
@@ -21,14 +22,6 @@ const SEARCHED_AGAIN: usize = 4;
 const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
 const PAIRS_LISTED: usize = 5;
-
-/// Told what is being worked on.
-pub trait Watch: Sync {
-    /// A step of work begins: what, and its share of the whole.
-    fn step(&self, what: &str, done: usize, of: usize);
-    /// Whether to stop at the next opportunity.
-    fn stop(&self) -> bool;
-}
 
 /// All that a selection found.
 pub struct Selection {

@@ -230,7 +230,8 @@ fn at_wave(
     })
 }
 
-fn median(values: &mut [f64]) -> f64 {
+/// Median; NaN of nothing.
+pub(super) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return f64::NAN;
     }

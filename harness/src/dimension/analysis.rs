@@ -12,22 +12,7 @@ use super::slopes::{fitted_slope, local_slopes, takens};
 use super::surrogate::longest_unbroken;
 use super::theiler::{Separation, choose_theiler};
 use super::verdict::Verdict;
-
-/// Hears of progress, and may stop the work.
-pub trait Watch: Sync {
-    /// `done` of `of` steps of something.
-    fn step(&self, what: &str, done: usize, of: usize);
-    /// Whether to stop as soon as possible.
-    fn stop(&self) -> bool;
-}
-
-/// No one watches.
-impl Watch for () {
-    fn step(&self, _: &str, _: usize, _: usize) {}
-    fn stop(&self) -> bool {
-        false
-    }
-}
+use crate::watch::Watch;
 
 /// What is asked for; `None` is chosen from the series.
 #[derive(Debug, Clone, PartialEq)]

@@ -19,7 +19,7 @@ pub mod surrogate;
 pub mod theiler;
 mod verdict;
 
-pub use analysis::{Analysis, Settings, Watch, analyse};
+pub use analysis::{Analysis, Settings, analyse};
 pub use correlation_sum::{CorrelationSum, Norm, SumSettings};
 pub use error::DimensionError;
 pub use lag::Instructions;

@@ -3,12 +3,12 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::Watch;
 use super::correlation_sum::{CorrelationSum, SumSettings};
 use super::error::DimensionError;
 use super::scaling::Region;
 use super::slopes::fitted_slope;
 use super::surrogate::{ends_that_fit, iaaft, longest_unbroken};
+use crate::watch::Watch;
 
 /// Blocks of the jackknife.
 const BLOCKS: usize = 10;

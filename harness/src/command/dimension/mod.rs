@@ -7,13 +7,11 @@ mod series;
 mod terminal;
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::dimension::{Norm, Settings, Watch, analyse};
+use super::progress::Progress;
+use crate::dimension::{Norm, Settings, analyse};
 use crate::error::Error;
 use crate::output::{make_folder, write_file};
 
@@ -108,7 +106,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let watch = Bar::new();
+    let watch = Progress::new(Progress::SHARE);
     let series = series::get(arguments)?;
     let settings = Settings {
         delay: arguments.delay,
@@ -129,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             series: series.name.clone(),
             source,
         })?;
-    watch.bar.finish_and_clear();
+    watch.finish();
     make_folder(&arguments.output)?;
     let into = |name: &str| arguments.output.join(name);
     let json = files::json(&series, &analysis);
@@ -147,35 +145,4 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         println!("Report: {}", report.display());
     }
     Ok(())
-}
-
-/// A bar on the terminal; Ctrl-C stops at the next pause.
-struct Bar {
-    bar: ProgressBar,
-    stop: Arc<AtomicBool>,
-}
-
-impl Bar {
-    fn new() -> Bar {
-        let bar = ProgressBar::new(1);
-        bar.set_style(
-            ProgressStyle::with_template("{elapsed_precise} {bar:30} {percent} % {msg}")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = stop.clone();
-        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-        Bar { bar, stop }
-    }
-}
-
-impl Watch for Bar {
-    fn step(&self, what: &str, done: usize, of: usize) {
-        self.bar.set_length(of as u64);
-        self.bar.set_position(done as u64);
-        self.bar.set_message(what.to_owned());
-    }
-    fn stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
 }
