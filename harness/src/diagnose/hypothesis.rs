@@ -156,6 +156,7 @@ impl Hypothesis {
                 min: value / factor,
                 max: value * factor,
                 step: 0.02 * std,
+                of_effect: false,
                 support: None,
             };
         let modes = structure.modes();
@@ -204,6 +205,7 @@ impl Hypothesis {
             min: 0.0,
             max: 0.95,
             step: 0.002,
+            of_effect: false,
             support: None,
         });
         let level_reference = reference("friction.level")?;
@@ -221,6 +223,7 @@ impl Hypothesis {
             min: -10.0 * spread,
             max: 10.0 * spread,
             step: 1e-3 * spread,
+            of_effect: false,
             support: None,
         };
         let mut own: Vec<Vec<Knob>> = friction
@@ -274,6 +277,7 @@ impl Hypothesis {
                         Role::Node => 1e-3,
                         _ => 0.01 * typical,
                     },
+                    of_effect: true,
                     support: None,
                 };
                 match p.role {
@@ -342,6 +346,7 @@ fn add_profile(
             min: value,
             max: value,
             step: 0.0,
+            of_effect: true,
             support: None,
         };
         knobs.push(constant(length, "length", span));
@@ -359,6 +364,7 @@ fn add_profile(
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,
+                of_effect: true,
                 support: Some((at - 2.5 * spacing, at + 2.5 * spacing)),
             });
         }

@@ -155,6 +155,8 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
         knobs: true,
         shared: false,
         revive: true,
+        belief: 1.0,
+        reference: true,
     };
     let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own, care);
     // Both halves together, so that a start can be taken from the end of the shot before.

@@ -33,6 +33,8 @@ pub struct Knob {
     pub max: f64,
     /// Typical change on the knob's scale, for the first difference quotient.
     pub step: f64,
+    /// Whether it belongs to an effect and not to the reference model.
+    pub of_effect: bool,
     /// Places on the belt (m) outside which the knob has no influence.
     pub support: Option<(f64, f64)>,
 }

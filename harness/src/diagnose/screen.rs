@@ -65,12 +65,12 @@ impl<'a> Screen<'a> {
         contenders.sort_by(|a, b| a.score(self.samples).total_cmp(&b.score(self.samples)));
     }
 
-    /// The reference model, fitted.
+    /// The reference model, fitted; `belief` is how firmly it is held to what is believed of it.
     ///
     /// # Errors
     /// An FMU that can't be run.
-    pub fn calibrate(&self) -> Result<Contender, Error> {
-        self.contender(Vec::new(), baseline(self.session, &self.shots)?)
+    pub fn calibrate(&self, belief: f64) -> Result<Contender, Error> {
+        self.contender(Vec::new(), baseline(self.session, &self.shots, belief)?)
     }
 
     /// Fits many hypotheses in parallel, each the base with one effect more; best first.
@@ -146,7 +146,7 @@ impl<'a> Screen<'a> {
         let polished = parallel(&wanted, |&i| {
             let old = &contenders[i];
             let start = old.trial.fit.point.clone();
-            let mut trial = self.refit(&old.choices, start, POLISH)?;
+            let mut trial = self.refit(&old.choices, start, search::effort(POLISH))?;
             trial.simulations += old.trial.simulations;
             self.contender(old.choices.clone(), trial)
         })?;
@@ -159,6 +159,18 @@ impl<'a> Screen<'a> {
         Ok(())
     }
 
+    /// Contenders found with the reference model held, fitted freely from there.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn freed(&self, held: &[Contender]) -> Result<Vec<Contender>, Error> {
+        parallel(held, |old| {
+            let start = old.trial.fit.point.clone();
+            let trial = self.refit(&old.choices, start, search::effort(POLISH))?;
+            self.contender(old.choices.clone(), trial)
+        })
+    }
+
     /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it
     /// is not left behind in a worse minimum than they.
     ///
@@ -169,7 +181,7 @@ impl<'a> Screen<'a> {
         let retried = parallel(&leaders, |single| {
             let h = self.session.hypothesis(&base.choices)?;
             let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
-            let trial = self.refit(&base.choices, start, RETRY)?;
+            let trial = self.refit(&base.choices, start, search::effort(RETRY))?;
             self.contender(base.choices.clone(), trial)
         })?;
         let mut best = base;
@@ -210,14 +222,26 @@ impl<'a> Screen<'a> {
     /// An FMU that can't be run.
     pub fn refit_of(&self, contender: &Contender) -> Result<Contender, Error> {
         let start = contender.trial.fit.point.clone();
-        let trial = self.refit(&contender.choices, start, RETRY)?;
+        let trial = self.refit(&contender.choices, start, search::effort(RETRY))?;
         self.contender(contender.choices.clone(), trial)
     }
 
-    fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
+    /// A contender fitted further with its effects in another order.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn reordered(&self, found: &Contender, choices: Vec<Choice>) -> Result<Contender, Error> {
+        let h = self.session.hypothesis(&choices)?;
+        let centre = Point::centre(&h, &self.shots);
+        let start = search::widen(&found.trial, &h, &centre);
+        let trial = self.refit(&choices, start, search::effort(POLISH))?;
+        self.contender(choices, trial)
+    }
+
+    fn refit(&self, choices: &[Choice], start: Point, effort: Effort) -> Result<Trial, Error> {
         let effort = Effort {
             patience: 2,
-            ..search::effort(iterations)
+            ..effort
         };
         let h = self.session.hypothesis(choices)?;
         search::settled(self.session, h, &self.shots, start, effort)

@@ -47,6 +47,8 @@ pub fn effort(iterations: usize) -> Effort {
         knobs: true,
         shared: true,
         revive: true,
+        belief: 1.0,
+        reference: true,
     }
 }
 
@@ -137,6 +139,10 @@ pub struct Depth {
     pub climb: usize,
     /// From which nuisances starts are taken.
     pub nuisances: Nuisances,
+    /// How firmly the reference model is held to what is believed of it, in the looks ...
+    pub look_belief: f64,
+    /// ... and after.
+    pub belief: f64,
 }
 
 /// Nuisances with which a search starts.
@@ -151,12 +157,19 @@ pub enum Nuisances {
     All,
 }
 
+/// How firmly the reference model's own constants are held while a hypothesis may still lack something. Its residuals
+/// are no noise then: a hundred samples in a row err alike, and counted one by one they would bend frequencies, damping and
+/// friction far beyond what is believed of them, into valleys from which no effect leads out.
+pub const FIRM: f64 = 1000.0;
+
 /// Every start is looked at, the best two are followed to the end.
 pub const THOROUGH: Depth = Depth {
     look: LOOK,
     followed: FOLLOWED,
     climb: CLIMB,
     nuisances: Nuisances::All,
+    look_belief: 1.0,
+    belief: 1.0,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
 pub const BRIEF: Depth = Depth {
@@ -164,12 +177,41 @@ pub const BRIEF: Depth = Depth {
     followed: 1,
     climb: 5,
     nuisances: Nuisances::Some,
+    look_belief: FIRM,
+    belief: 1.0,
+};
+/// For effects of which one alone does not explain the data: the reference model is held to what is believed of it.
+pub const HELD: Depth = Depth {
+    belief: FIRM,
+    ..BRIEF
 };
 /// For a second effect that may hide behind one that explains the data: near what is known.
 pub const HIDDEN: Depth = Depth {
     nuisances: Nuisances::Calibrated,
+    look_belief: 1.0,
     ..BRIEF
 };
+
+impl Depth {
+    /// The effort of a first look at a start.
+    fn first_look(self) -> Effort {
+        Effort {
+            share: LOOK_SHARE,
+            revive: false,
+            belief: self.look_belief,
+            reference: self.look_belief < FIRM,
+            ..effort(self.look)
+        }
+    }
+
+    /// The effort of a fit that is followed, with so many Jacobians.
+    fn following(self, iterations: usize) -> Effort {
+        Effort {
+            belief: self.belief,
+            ..effort(iterations)
+        }
+    }
+}
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
 pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
@@ -227,18 +269,19 @@ pub fn search(
         &mut predictor,
         depth,
     );
-    let look = Effort {
-        share: LOOK_SHARE,
-        revive: false,
-        ..effort(depth.look)
-    };
+    let look = depth.first_look();
     let mut looks = Vec::new();
     let mut best: Option<Fit> = None;
     for start in starts {
         let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
         if data.quantile(&seen, 0.5) < FOUND {
-            let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.climb))
-                .run(seen.point);
+            let fit = Fitter::new(
+                &mut predictor,
+                &hypothesis,
+                &data,
+                depth.following(depth.climb),
+            )
+            .run(seen.point);
             let found = data.quantile(&fit, 0.75) < FOUND;
             keep_better(&mut best, fit);
             if found {
@@ -257,11 +300,11 @@ pub fn search(
             // Lost shots are not looked for before the start has shown promise: a model that is wrong loses many.
             let foothill = Effort {
                 revive: false,
-                ..effort(FOOTHILL)
+                ..depth.following(FOOTHILL)
             };
             let mut fit = Fitter::new(&mut predictor, &hypothesis, &data, foothill).run(look.point);
             if fit.trimmed < HOPELESS * base.fit.trimmed {
-                let rest = effort(depth.climb - FOOTHILL);
+                let rest = depth.following(depth.climb - FOOTHILL);
                 fit = Fitter::new(&mut predictor, &hypothesis, &data, rest).run(fit.point);
             }
             keep_better(&mut best, fit);
@@ -270,7 +313,13 @@ pub fn search(
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
         let off = switched_off(session, &hypothesis, base, shots);
-        let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(depth.look)).run(off);
+        let fit = Fitter::new(
+            &mut predictor,
+            &hypothesis,
+            &data,
+            depth.following(depth.look),
+        )
+        .run(off);
         keep_better(&mut best, fit);
     }
     let fit = best.expect("there is at least one start");
@@ -282,11 +331,11 @@ pub fn search(
     })
 }
 
-/// The fit of the reference model itself.
+/// The fit of the reference model itself, held to what is believed of it in the first look and, by `belief`, after.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
+pub fn baseline(session: &Session, shots: &[Shot], belief: f64) -> Result<Trial, Error> {
     let hypothesis = session.hypothesis(&[])?;
     let data = session.data(shots);
     let mut predictor = session.predictor(&hypothesis)?;
@@ -294,10 +343,19 @@ pub fn baseline(session: &Session, shots: &[Shot]) -> Result<Trial, Error> {
     let look = Effort {
         share: LOOK_SHARE,
         revive: false,
+        belief: FIRM,
         ..effort(LOOK)
     };
     let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
-    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB));
+    let mut fitter = Fitter::new(
+        &mut predictor,
+        &hypothesis,
+        &data,
+        Effort {
+            belief,
+            ..effort(CLIMB)
+        },
+    );
     let settled = fitter.settle(seen.point);
     let fit = fitter.run(settled.point);
     let simulations = predictor.count;

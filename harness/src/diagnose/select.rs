@@ -8,15 +8,15 @@ use super::null;
 use super::pairs;
 use super::predictor::Point;
 use super::screen::Screen;
-use super::search::{self, BRIEF, THOROUGH, Trial, variants};
+use super::search::{self, BRIEF, FIRM, HELD, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
 use crate::watch::Watch;
 
 /// Single effects with which pairs are formed when none alone is enough.
-const PAIR_LEADERS: usize = 3;
-/// Candidates that are searched thoroughly when none comes down to the noise at first.
+const PAIR_LEADERS: usize = 2;
+/// Candidates found with the reference model held that are then fitted freely.
 const SEARCHED_AGAIN: usize = 4;
 /// Single effects that are judged on the runs kept out, the best ones.
 const SINGLES_JUDGED: usize = 8;
@@ -60,8 +60,8 @@ impl Selection {
 
 /// Compares the catalogue on a campaign.
 ///
-/// Every candidate is searched for briefly; only where none comes down to the noise, the search is
-/// repeated thoroughly for the best, and then pairs are formed with the best.
+/// Every candidate is searched for briefly; only where none comes down to the noise, the search is repeated with the
+/// reference model held to what is believed of it, and pairs are formed with the best of that.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -69,7 +69,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1);
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
-    let base = screen.calibrate()?;
+    let base = screen.calibrate(1.0)?;
     let list = search::all_variants(session);
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
     let mut singles = screen.compete(&jobs, &base, BRIEF, watch)?;
@@ -80,35 +80,27 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     if !at_floor(&singles, &calibrated) {
         screen.polish(&mut singles, watch)?;
     }
+    let mut held = Vec::new();
     if !at_floor(&singles, &calibrated) && !watch.stop() {
-        let leaders: Vec<Vec<Choice>> = singles
-            .iter()
-            .take(SEARCHED_AGAIN)
-            .map(|s| s.choices.clone())
-            .collect();
-        let again = screen.compete(&leaders, &calibrated, THOROUGH, watch)?;
-        screen.keep_better(&mut singles, again);
+        held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
+        let freed = screen.freed(&held[..held.len().min(SEARCHED_AGAIN)])?;
+        screen.keep_better(&mut singles, freed);
         calibrated = screen.recalibrate(calibrated, &singles)?;
         screen.polish(&mut singles, watch)?;
     }
     let claimed = singles
         .first()
         .is_some_and(|s| s.score(screen.samples) < calibrated.score(screen.samples) - NULL_GAIN);
-    let leaders = match (at_floor(&singles, &calibrated), claimed) {
+    let mut pairs = match (at_floor(&singles, &calibrated), claimed) {
         // Down to the noise already: a second effect may still hide behind the first.
-        (true, true) => 1,
-        (true, false) => 0,
-        (false, _) => PAIR_LEADERS,
+        (true, true) => pairs::behind_the_best(&screen, &list, &mut singles, watch)?,
+        (true, false) => Vec::new(),
+        (false, _) => pairs::held(&screen, &list, &held[..held.len().min(PAIR_LEADERS)], watch)?,
     };
-    let mut pairs = pairs::with_leaders(
-        session,
-        &screen,
-        &list,
-        &calibrated,
-        &mut singles,
-        leaders,
-        watch,
-    )?;
+    if let Some(best) = pairs.first().filter(|p| p.reaches_floor()) {
+        let others = pairs::other_forms(session, &screen, best, watch)?;
+        screen.keep_better(&mut pairs, others);
+    }
     screen.nest(&mut singles, &calibrated)?;
     let stopped = watch.stop();
     if !stopped {
@@ -213,7 +205,7 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1 + effects.len());
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
-    let mut calibrated = screen.calibrate()?;
+    let mut calibrated = screen.calibrate(1.0)?;
     let mut path: Vec<Contender> = Vec::new();
     for (done, &effect) in effects.iter().enumerate() {
         if watch.stop() {

@@ -53,8 +53,11 @@ impl Fitter<'_, '_> {
                 column.as_mut_slice(),
             );
         }
-        if self.effort.knobs && self.effort.shared {
+        if self.effort.knobs {
             for c in 0..h.shared.len() {
+                if !self.moves(&h.shared[c]) {
+                    continue;
+                }
                 let mut column = knobs.column_mut(c);
                 self.difference(
                     k,

@@ -54,6 +54,11 @@ pub struct Effort {
     pub shared: bool,
     /// Whether shots that start in the wrong basin get other starts.
     pub revive: bool,
+    /// How many times more than the residuals' count suggests the reference model's own knobs are held to what is
+    /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.
+    pub belief: f64,
+    /// Whether the knobs of the reference model that all runs share move at all.
+    pub reference: bool,
 }
 
 /// What a fit found.
@@ -230,10 +235,25 @@ impl<'a, 'b> Fitter<'a, 'b> {
         SURE / (SURE * noise * noise).max(sum / self.count(k))
     }
 
+    /// Whether a shared knob moves.
+    fn moves(&self, knob: &super::knob::Knob) -> bool {
+        self.effort.shared && (knob.of_effect || self.effort.reference)
+    }
+
+    /// Precision of what is believed of a knob.
+    fn precision(&self, knob: &super::knob::Knob) -> f64 {
+        let belief = if knob.of_effect {
+            1.0
+        } else {
+            self.effort.belief
+        };
+        belief * knob.prior_std.powi(-2)
+    }
+
     fn prior_loss(&self, point: &Point) -> f64 {
         let one = |knob: &super::knob::Knob, u: f64| {
             if knob.prior_std > 0.0 {
-                0.5 * ((u - knob.position(knob.prior)) / knob.prior_std).powi(2)
+                0.5 * self.precision(knob) * (u - knob.position(knob.prior)).powi(2)
             } else {
                 0.0
             }

@@ -6,6 +6,9 @@ use crate::diagnose::knob::{Knob, Scale};
 use crate::diagnose::predictor::Point;
 use nalgebra::{DMatrix, DVector};
 
+/// Eigenvalue of the matrix scaled to a unit diagonal below which rounding decides.
+const LEAST_EIGENVALUE: f64 = 1e-10;
+
 /// The weighted normal equations, with each shot's start state eliminated.
 pub(super) struct Normal {
     matrix: DMatrix<f64>,
@@ -79,9 +82,9 @@ impl Normal {
                 kept: kept[k],
             }));
         }
-        let mut prior = |c: usize, knob: &Knob, u: f64| {
-            if knob.prior_std > 0.0 {
-                let precision = knob.prior_std.powi(-2);
+        let mut prior = |c: usize, knob: &Knob, u: f64, moves: bool| {
+            if moves && knob.prior_std > 0.0 {
+                let precision = f.precision(knob);
                 matrix[(c, c)] += precision;
                 gradient[c] -= precision * (u - knob.position(knob.prior));
             } else {
@@ -89,11 +92,11 @@ impl Normal {
             }
         };
         for (c, knob) in h.shared.iter().enumerate() {
-            prior(c, knob, point.shared[c]);
+            prior(c, knob, point.shared[c], f.moves(knob));
         }
         for (run, knobs) in h.own.iter().enumerate() {
             for (i, knob) in knobs.iter().enumerate() {
-                prior(own_first[run] + i, knob, point.own[run][i]);
+                prior(own_first[run] + i, knob, point.own[run][i], true);
             }
         }
         Self {
@@ -145,8 +148,8 @@ impl Normal {
         if self.moves {
             let step = scaled_solve(&matrix, &gradient)?;
             let h = f.hypothesis;
-            if f.effort.shared {
-                for c in 0..self.shared {
+            for c in 0..self.shared {
+                if f.moves(&h.shared[c]) {
                     let u = h.shared[c].clamp(point.shared[c] + limited(step[c], &h.shared[c]));
                     moved[c] = u - point.shared[c];
                     trial.shared[c] = u;
@@ -179,7 +182,7 @@ impl Normal {
     /// Covariance of the shared knobs on their scales.
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         let (matrix, _, _) = self.reduced(1e-9)?;
-        let inverse = scaled_inverse(&matrix, 1e-9)?;
+        let inverse = scaled_inverse(&matrix, 1e-9).or_else(|| clamped_inverse(&matrix))?;
         Some(
             inverse
                 .view((0, 0), (self.shared, self.shared))
@@ -218,6 +221,23 @@ fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>, damping: f64) -> DMatrix<
             value
         }
     })
+}
+
+/// Inverse of a symmetric matrix that rounding has made indefinite: directions that the data leave open get a variance
+/// that is large, not negative.
+fn clamped_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = scaling(matrix);
+    let scaled = scaled(matrix, &scale, 0.0);
+    if scaled.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let eigen = scaled.symmetric_eigen();
+    let inverse =
+        DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(LEAST_EIGENVALUE).recip()));
+    let inverse = &eigen.eigenvectors * inverse * eigen.eigenvectors.transpose();
+    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
 }
 
 fn scaled_solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
