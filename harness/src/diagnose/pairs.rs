@@ -42,8 +42,19 @@ pub(super) fn held(
     let mut led: Vec<Choice> = Vec::new();
     for leader in leaders {
         let first = &leader.choices[0];
-        let mut found = screen.compete(&with(first, list, &led), leader, HELD, watch)?;
+        let mut jobs = with(first, list, &led);
+        let mut found = screen.freed(&screen.compete(&jobs, leader, HELD, watch)?)?;
         screen.polish(&mut found, watch)?;
+        // A wrong partner that helps brings the leader near its true values: from there the right one is near.
+        if let Some(best) = found
+            .first()
+            .filter(|b| !b.reaches_floor() && screen.is_promising(b))
+        {
+            jobs.retain(|choices| *choices != best.choices);
+            let again = screen.compete(&jobs, best, HIDDEN, watch)?;
+            screen.keep_better(&mut found, again);
+            screen.polish(&mut found, watch)?;
+        }
         pairs.extend(found);
         screen.sort(&mut pairs);
         led.push(first.clone());

@@ -21,6 +21,10 @@ const NEAR_THE_BEST: f64 = 3.0;
 const POLISHED: usize = 4;
 /// Jacobians for that.
 const POLISH: usize = 14;
+/// Contenders found with the reference model held that are fitted freely, ...
+const FREED: usize = 10;
+/// ... with so many Jacobians.
+const FREE: usize = 4;
 /// Candidates from whose optimum the reference model is fitted again.
 const RETRIES: usize = 2;
 /// Jacobians for that.
@@ -159,16 +163,20 @@ impl<'a> Screen<'a> {
         Ok(())
     }
 
-    /// Contenders found with the reference model held, fitted freely from there.
+    /// Contenders found with the reference model held: the best ones fitted freely from there, best first.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub fn freed(&self, held: &[Contender]) -> Result<Vec<Contender>, Error> {
-        parallel(held, |old| {
+        let best = &held[..held.len().min(FREED)];
+        let mut freed = parallel(best, |old| {
             let start = old.trial.fit.point.clone();
-            let trial = self.refit(&old.choices, start, search::effort(POLISH))?;
+            let mut trial = self.refit(&old.choices, start, search::effort(FREE))?;
+            trial.simulations += old.trial.simulations;
             self.contender(old.choices.clone(), trial)
-        })
+        })?;
+        self.sort(&mut freed);
+        Ok(freed)
     }
 
     /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it

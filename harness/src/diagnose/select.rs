@@ -16,8 +16,6 @@ use crate::watch::Watch;
 
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 2;
-/// Candidates found with the reference model held that are then fitted freely.
-const SEARCHED_AGAIN: usize = 4;
 /// Single effects that are judged on the runs kept out, the best ones.
 const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
@@ -83,7 +81,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let mut held = Vec::new();
     if !at_floor(&singles, &calibrated) && !watch.stop() {
         held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
-        let freed = screen.freed(&held[..held.len().min(SEARCHED_AGAIN)])?;
+        let freed = screen.freed(&held)?;
         screen.keep_better(&mut singles, freed);
         calibrated = screen.recalibrate(calibrated, &singles)?;
         screen.polish(&mut singles, watch)?;
