@@ -133,6 +133,8 @@ pub fn settled(
 pub struct Depth {
     /// Jacobians for a first look at a start.
     pub look: usize,
+    /// Share of each shot for it: a short horizon is less easily caught in a local minimum, a long one tells more.
+    pub look_share: f64,
     /// Starts that are followed to the end.
     pub followed: usize,
     /// Jacobians for these.
@@ -165,6 +167,7 @@ pub const FIRM: f64 = 1000.0;
 /// Every start is looked at, the best two are followed to the end.
 pub const THOROUGH: Depth = Depth {
     look: LOOK,
+    look_share: LOOK_SHARE,
     followed: FOLLOWED,
     climb: CLIMB,
     nuisances: Nuisances::All,
@@ -174,6 +177,7 @@ pub const THOROUGH: Depth = Depth {
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
 pub const BRIEF: Depth = Depth {
     look: 2,
+    look_share: LOOK_SHARE,
     followed: 1,
     climb: 5,
     nuisances: Nuisances::Some,
@@ -182,6 +186,7 @@ pub const BRIEF: Depth = Depth {
 };
 /// For effects of which one alone does not explain the data: the reference model is held to what is believed of it.
 pub const HELD: Depth = Depth {
+    look_share: 1.0,
     belief: FIRM,
     ..BRIEF
 };
@@ -196,7 +201,7 @@ impl Depth {
     /// The effort of a first look at a start.
     fn first_look(self) -> Effort {
         Effort {
-            share: LOOK_SHARE,
+            share: self.look_share,
             revive: false,
             belief: self.look_belief,
             reference: self.look_belief < FIRM,
