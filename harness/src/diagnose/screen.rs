@@ -150,7 +150,7 @@ impl<'a> Screen<'a> {
         let polished = parallel(&wanted, |&i| {
             let old = &contenders[i];
             let start = old.trial.fit.point.clone();
-            let mut trial = self.refit(&old.choices, start, search::effort(POLISH))?;
+            let mut trial = self.refit(&old.choices, start, POLISH)?;
             trial.simulations += old.trial.simulations;
             self.contender(old.choices.clone(), trial)
         })?;
@@ -171,7 +171,7 @@ impl<'a> Screen<'a> {
         let best = &held[..held.len().min(FREED)];
         let mut freed = parallel(best, |old| {
             let start = old.trial.fit.point.clone();
-            let mut trial = self.refit(&old.choices, start, search::effort(FREE))?;
+            let mut trial = self.refit(&old.choices, start, FREE)?;
             trial.simulations += old.trial.simulations;
             self.contender(old.choices.clone(), trial)
         })?;
@@ -189,7 +189,7 @@ impl<'a> Screen<'a> {
         let retried = parallel(&leaders, |single| {
             let h = self.session.hypothesis(&base.choices)?;
             let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
-            let trial = self.refit(&base.choices, start, search::effort(RETRY))?;
+            let trial = self.refit(&base.choices, start, RETRY)?;
             self.contender(base.choices.clone(), trial)
         })?;
         let mut best = base;
@@ -230,7 +230,7 @@ impl<'a> Screen<'a> {
     /// An FMU that can't be run.
     pub fn refit_of(&self, contender: &Contender) -> Result<Contender, Error> {
         let start = contender.trial.fit.point.clone();
-        let trial = self.refit(&contender.choices, start, search::effort(RETRY))?;
+        let trial = self.refit(&contender.choices, start, RETRY)?;
         self.contender(contender.choices.clone(), trial)
     }
 
@@ -242,14 +242,14 @@ impl<'a> Screen<'a> {
         let h = self.session.hypothesis(&choices)?;
         let centre = Point::centre(&h, &self.shots);
         let start = search::widen(&found.trial, &h, &centre);
-        let trial = self.refit(&choices, start, search::effort(POLISH))?;
+        let trial = self.refit(&choices, start, POLISH)?;
         self.contender(choices, trial)
     }
 
-    fn refit(&self, choices: &[Choice], start: Point, effort: Effort) -> Result<Trial, Error> {
+    fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
         let effort = Effort {
             patience: 2,
-            ..effort
+            ..search::effort(iterations)
         };
         let h = self.session.hypothesis(choices)?;
         search::settled(self.session, h, &self.shots, start, effort)

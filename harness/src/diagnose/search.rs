@@ -141,9 +141,9 @@ pub struct Depth {
     pub climb: usize,
     /// From which nuisances starts are taken.
     pub nuisances: Nuisances,
-    /// How firmly the reference model is held to what is believed of it, in the looks ...
-    pub look_belief: f64,
-    /// ... and after.
+    /// Whether first looks leave the reference model's common constants where they are.
+    pub fixed_looks: bool,
+    /// How firmly the reference model is held to what is believed of it after that.
     pub belief: f64,
 }
 
@@ -171,7 +171,7 @@ pub const THOROUGH: Depth = Depth {
     followed: FOLLOWED,
     climb: CLIMB,
     nuisances: Nuisances::All,
-    look_belief: 1.0,
+    fixed_looks: false,
     belief: 1.0,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
@@ -181,7 +181,7 @@ pub const BRIEF: Depth = Depth {
     followed: 1,
     climb: 5,
     nuisances: Nuisances::Some,
-    look_belief: FIRM,
+    fixed_looks: true,
     belief: 1.0,
 };
 /// For effects of which one alone does not explain the data: the reference model is held to what is believed of it.
@@ -193,7 +193,7 @@ pub const HELD: Depth = Depth {
 /// For a second effect that may hide behind one that explains the data: near what is known.
 pub const HIDDEN: Depth = Depth {
     nuisances: Nuisances::Calibrated,
-    look_belief: 1.0,
+    fixed_looks: false,
     ..BRIEF
 };
 
@@ -203,8 +203,8 @@ impl Depth {
         Effort {
             share: self.look_share,
             revive: false,
-            belief: self.look_belief,
-            reference: self.look_belief < FIRM,
+            belief: if self.fixed_looks { FIRM } else { 1.0 },
+            reference: !self.fixed_looks,
             ..effort(self.look)
         }
     }

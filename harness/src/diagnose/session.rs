@@ -13,8 +13,8 @@ use crate::measurement::{Campaign, Role, of_one_sensor};
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
 
-/// Shots of a run that are used at most: two seconds of the default case.
-const MOST_SHOTS: usize = 96;
+/// Shots of a run that are used at most: a second of the default case.
+const MOST_SHOTS: usize = 40;
 
 /// Neighbouring shots that are taken together where not all are.
 const GROUP: usize = 4;
