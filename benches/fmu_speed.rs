@@ -80,10 +80,25 @@ fn main() {
     }) / f64::from(restarts)
         * 1e3;
     slave.free_state(&mut state);
+    // The same steps in stick: the state is put back before each round, and its cost is taken off.
+    begin();
+    assert_eq!(slave.step(0.0, 1e-4), OK);
+    let mut stuck = slave.state();
+    let steps = 50_u32;
+    let stick = best_of(400, || {
+        assert_eq!(slave.set_state(stuck), OK);
+        for i in 1..=steps {
+            assert_eq!(slave.step(f64::from(i) * 1e-4, 1e-4), OK);
+        }
+    });
+    assert_eq!(slave.get_integer("transition_count"), 0);
+    let stick = (stick - restore * 1e-3) / f64::from(steps) * 1e6;
+    slave.free_state(&mut stuck);
     println!("default case, 2 s, 132 transitions, tolerance 1e-9");
     println!("  FMU, one step                                {one_step:8.3} ms");
     println!("  FMU, H = 1e-4 s, measured_displacement read  {fine:8.3} ms");
     println!("  FMU, H = 1e-4 s, 8 outputs read              {full:8.3} ms");
     println!("  reset + set starts + setup + initialise      {restart:8.3} us");
+    println!("  fmi2DoStep in stick, H = 1e-4 s              {stick:8.0} ns");
     println!("  get state / set state                        {save:8.3} / {restore:.3} us");
 }

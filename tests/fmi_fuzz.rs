@@ -465,7 +465,10 @@ fn random_calls_are_answered_as_the_standard_says() {
     }
     let grown = resident().saturating_sub(memory);
     println!("memory after the first quarter: {memory} kB, grown by {grown} kB");
-    assert!(grown < 3_000, "{grown} kB");
+    // Under valgrind (tests/valgrind.sh) freed memory stays with the process, and leaks are looked for exactly.
+    if std::env::var_os("FUZZ_MEMORY").is_none() {
+        assert!(grown < 3_000, "{grown} kB");
+    }
     assert!(seen.len() >= 24, "{}", seen.len());
     // Of every function both answers were met, but for those that are legal always.
     let always = ["GetFMUstate", "FreeFMUstate", "Reset"];

@@ -37,9 +37,7 @@ pub fn pack(path: &Path) -> Result<(), Error> {
     );
     let mut files = vec![(DESCRIPTION.to_owned(), xml.as_bytes().to_vec())];
     files.extend(Binaries::of_this_build()?.entries(belt_drive::IDENTIFIER));
-    files.extend([
-        (contents::DOCUMENTATION.to_owned(), page.into_bytes()),
-        contents::license(),
-    ]);
+    files.push((contents::DOCUMENTATION.to_owned(), page.into_bytes()));
+    files.extend(contents::licenses());
     write_fmu(path, &files)
 }

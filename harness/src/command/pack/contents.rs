@@ -40,16 +40,26 @@ pub fn fixed() -> Vec<Entry> {
             "terminalsAndIcons/terminalsAndIcons.xml".into(),
             include_bytes!("terminals.xml").to_vec(),
         ),
-        license(),
     ]
+    .into_iter()
+    .chain(licenses())
+    .collect()
 }
 
-/// Under which licence the FMU may be used.
-pub fn license() -> Entry {
-    (
-        "documentation/licenses/license.txt".into(),
-        include_bytes!("license.txt").to_vec(),
-    )
+/// Under which licences the FMU may be used; license.txt is where the standard has people begin.
+pub fn licenses() -> impl Iterator<Item = Entry> {
+    let texts: [(&str, &[u8]); 4] = [
+        ("license.txt", include_bytes!("license.txt")),
+        (
+            "license_apache.txt",
+            include_bytes!("../../../../LICENSE-APACHE"),
+        ),
+        ("license_mit.txt", include_bytes!("../../../../LICENSE-MIT")),
+        ("third_party.txt", include_bytes!("third_party.txt")),
+    ];
+    texts
+        .into_iter()
+        .map(|(name, text)| (format!("documentation/licenses/{name}"), text.to_vec()))
 }
 
 /// Puts what follows from the description into an archive, in place of what was there.
