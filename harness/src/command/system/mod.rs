@@ -58,9 +58,10 @@ pub fn write(path: &Path) -> Result<(), Error> {
     pack::pack(&beam)?;
     let drive = folder.path().join(belt_drive::FILE_NAME);
     belt_drive::pack(&drive)?;
-    let parts: [(&str, &Path, &[(&str, f64)]); 2] =
-        [("beam", &beam, &BEAM), ("drive", &drive, &DRIVE)];
-    for (name, file, values) in parts {
+    for (name, file, values) in [
+        ("beam", &beam, BEAM.as_slice()),
+        ("drive", &drive, DRIVE.as_slice()),
+    ] {
         let fmu = Fmu::load(file)?;
         for (variable, _) in values {
             fmu.variable(variable)?;
