@@ -11,6 +11,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
+use stickslip_tests::peers::environment;
 use stickslip_tests::root;
 use stickslip_tests::slave::{OK, Slave};
 use stickslip_tests::variables::reference;
@@ -63,32 +64,9 @@ impl Peer {
     }
 }
 
-/// Python with the peers of the benchmarks, installed on first use.
+/// Python with the peers of the benchmarks.
 fn python() -> PathBuf {
-    let folder = root().join("target/bench-venv");
-    let python = folder.join("bin/python");
-    let requirements = root().join("benches/peers/requirements.txt");
-    let wanted = std::fs::read_to_string(&requirements).expect("committed");
-    let stamp = folder.join("installed.txt");
-    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-        return python;
-    }
-    let run = |command: &mut Command| {
-        let status = command.status().expect("the program exists");
-        assert!(status.success(), "{command:?}");
-    };
-    run(Command::new("python3").arg("-m").arg("venv").arg(&folder));
-    let pip = [
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "-r",
-    ];
-    run(Command::new(&python).args(pip).arg(&requirements));
-    std::fs::write(&stamp, wanted).expect("target is writable");
-    python
+    environment("bench-venv", "benches/peers/requirements.txt").join("python")
 }
 
 /// Milliseconds that `run` takes.

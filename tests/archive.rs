@@ -47,7 +47,11 @@ fn pictures_terminals_and_documentation_are_there_and_name_real_variables() {
         assert_eq!(&files[name][..8], b"\x89PNG\r\n\x1a\n");
     }
     assert!(text(&files, "documentation/index.html").contains("belt_velocity"));
-    assert!(text(&files, "documentation/licenses/license.txt").contains("MIT"));
+    let license = |name: &str| text(&files, &format!("documentation/licenses/{name}"));
+    assert!(license("license.txt").contains("MIT"));
+    assert!(license("license_mit.txt").contains("WITHOUT WARRANTY OF ANY KIND"));
+    assert!(license("license_apache.txt").contains("TERMS AND CONDITIONS"));
+    assert!(license("third_party.txt").contains("nalgebra | Apache-2.0"));
     let terminals = text(&files, "terminalsAndIcons/terminalsAndIcons.xml");
     let terminals = roxmltree::Document::parse(&terminals).unwrap();
     let names: Vec<_> = terminals

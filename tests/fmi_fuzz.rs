@@ -69,6 +69,36 @@ enum Answer {
 }
 use Answer::{Done, DoneOrDiscarded, Refused};
 
+/// The section of FMI 2.0.5 that defines a call; when it is legal, the tables in 3.2.3 and 4.2.4 say as well.
+fn clause(call: &str) -> &'static str {
+    match call {
+        "SetDebugLogging" => "2.1.5",
+        "SetupExperiment"
+        | "EnterInitializationMode"
+        | "ExitInitializationMode"
+        | "Terminate"
+        | "Reset" => "2.1.6",
+        // Which variables may be set when: the table of causalities and variabilities.
+        "SetReal of an input"
+        | "SetReal of a tunable parameter"
+        | "SetReal of a start value"
+        | "SetReal of a result" => "2.1.7, 2.2.7",
+        "GetReal" | "SetInteger" => "2.1.7",
+        "GetFMUstate" | "SetFMUstate" | "FreeFMUstate" | "DeSerializeFMUstate" => "2.1.8",
+        "GetDirectionalDerivative" => "2.1.9",
+        "SetTime" | "SetContinuousStates" => "3.2.1",
+        "EnterEventMode"
+        | "NewDiscreteStates"
+        | "EnterContinuousTimeMode"
+        | "GetDerivatives"
+        | "GetEventIndicators"
+        | "GetContinuousStates" => "3.2.2",
+        "SetRealInputDerivatives" | "GetRealOutputDerivatives" => "4.2.1",
+        "DoStep" => "4.2.2",
+        other => panic!("say where the standard defines {other}"),
+    }
+}
+
 impl Actor {
     fn new(random: &mut Random) -> Self {
         let exchange = random.below(2) == 0;
@@ -412,9 +442,11 @@ fn random_calls_are_answered_as_the_standard_says() {
             }
             println!("expected time {}", actor.time);
         }
+        let clause = clause(name);
         assert!(
             fits,
-            "seed {seed}, call {i}: {name} in {before:?} (model exchange: {}) answered {status}, not {expected:?}\n{messages:?}\n{trace:#?}",
+            "seed {seed}, call {i}: {name} in {before:?} (model exchange: {}) answered {status}, not {expected:?} \
+             (FMI 2.0.5, {clause})\n{messages:?}\n{trace:#?}",
             actor.exchange
         );
         // A model that was driven off (states of 1e300) starts afresh, or nothing else would be seen.
@@ -427,13 +459,16 @@ fn random_calls_are_answered_as_the_standard_says() {
     for one in &mut kept {
         assert_eq!(actors[0].slave.free_state(&mut one.state), OK);
     }
-    println!("{calls} calls, seed {seed}: done, refused");
+    println!("{calls} calls, seed {seed}: section of FMI 2.0.5, done, refused");
     for (name, [done, refused]) in &seen {
-        println!("{name:32} {done:8} {refused:8}");
+        println!("{name:32} {:11} {done:8} {refused:8}", clause(name));
     }
     let grown = resident().saturating_sub(memory);
     println!("memory after the first quarter: {memory} kB, grown by {grown} kB");
-    assert!(grown < 3_000, "{grown} kB");
+    // Under valgrind (tests/valgrind.sh) freed memory stays with the process, and leaks are looked for exactly.
+    if std::env::var_os("FUZZ_MEMORY").is_none() {
+        assert!(grown < 3_000, "{grown} kB");
+    }
     assert!(seen.len() >= 24, "{}", seen.len());
     // Of every function both answers were met, but for those that are legal always.
     let always = ["GetFMUstate", "FreeFMUstate", "Reset"];

@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::path::Path;
 use std::process::Command;
 use stickslip_tests::exchange::Integration;
 use stickslip_tests::fmu_library;
@@ -11,7 +12,13 @@ use stickslip_tests::variables::{guid, reference};
 
 /// Runs one of the tests marked `ignore` below in another process.
 fn in_a_process_of_its_own(test: &str) {
+    in_a_process_of_its_own_with(test, &[]);
+}
+
+/// The same with paths in the environment.
+fn in_a_process_of_its_own_with(test: &str, environment: &[(&str, &Path)]) {
     let out = Command::new(std::env::current_exe().unwrap())
+        .envs(environment.iter().copied())
         .args([
             "--exact",
             test,
@@ -90,12 +97,20 @@ fn the_current_folder_is_not_needed() {
 #[ignore = "runs in a process of its own"]
 fn host_with_a_decimal_comma() {
     let expected = motion();
-    for name in [c"de_DE.UTF-8", c"de_DE", c"fr_FR.UTF-8", c"C.UTF-8"] {
-        // SAFETY: a function of the C library with a constant string.
-        if !unsafe { libc::setlocale(libc::LC_ALL, name.as_ptr()) }.is_null() {
-            break;
-        }
-    }
+    // SAFETY: a function of the C library with a constant string; the name is found below LOCPATH.
+    let set = unsafe { libc::setlocale(libc::LC_ALL, c"comma".as_ptr()) };
+    assert!(!set.is_null(), "the locale made for this test is not found");
+    let mut written = [0_u8; 8];
+    // SAFETY: at most 8 bytes are written; the format takes one double.
+    unsafe {
+        libc::snprintf(
+            written.as_mut_ptr().cast(),
+            written.len(),
+            c"%.1f".as_ptr(),
+            0.5,
+        )
+    };
+    assert_eq!(&written[..4], b"0,5\0", "the C library writes a comma");
     let folder = tempfile::tempdir().unwrap();
     let uri = format!("file://{}", folder.path().display());
     let text = "guid = \"{mine}\"\n[start]\n\"friction.mu_0\" = 0.625\n";
@@ -109,9 +124,61 @@ fn host_with_a_decimal_comma() {
     assert_eq!(motion(), expected);
 }
 
+/// Few machines have a locale with a comma installed, so one is made: the C library's own tool compiles it, and
+/// `LOCPATH` says where it lies.
 #[test]
 fn numbers_are_read_and_written_the_same_way_in_every_locale() {
-    in_a_process_of_its_own("host_with_a_decimal_comma");
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("comma.src");
+    std::fs::write(&source, include_str!("peers/comma_locale.txt")).unwrap();
+    let made = folder.path().join("comma");
+    // localedef warns (exit code 1) of categories that the source copies from POSIX; the file is what counts.
+    let tool = Command::new("localedef")
+        .args(["--no-archive", "--force", "-i"])
+        .arg(&source)
+        .args(["-f", "ANSI_X3.4-1968"])
+        .arg(&made)
+        .output()
+        .expect("localedef belongs to the C library");
+    assert!(
+        made.join("LC_NUMERIC").is_file(),
+        "{}",
+        String::from_utf8_lossy(&tool.stderr)
+    );
+    let locales = [("LOCPATH", folder.path())];
+    in_a_process_of_its_own_with("host_with_a_decimal_comma", &locales);
+}
+
+#[test]
+#[ignore = "runs in a process of its own"]
+fn host_in_a_folder_that_it_may_not_write() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let expected = motion();
+    let folder = tempfile::tempdir().unwrap();
+    let read_only = std::fs::Permissions::from_mode(0o555);
+    std::fs::set_permissions(folder.path(), read_only).unwrap();
+    std::env::set_current_dir(folder.path()).unwrap();
+    // The superuser may write everywhere; another user's rights are what the test is about.
+    // SAFETY: functions of the C library; 65534 is nobody, a user without rights.
+    unsafe {
+        if libc::geteuid() == 0 {
+            assert_eq!(libc::seteuid(65534), 0);
+        }
+    }
+    assert!(
+        std::fs::write("probe", "").is_err(),
+        "the folder is not writable"
+    );
+    assert_eq!(motion(), expected);
+    let files = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(files, 0);
+    // SAFETY: as above; back, so that the folder can be removed.
+    unsafe { libc::seteuid(libc::getuid()) };
+}
+
+#[test]
+fn the_current_folder_may_be_read_only() {
+    in_a_process_of_its_own("host_in_a_folder_that_it_may_not_write");
 }
 
 #[test]

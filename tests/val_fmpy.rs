@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use stickslip_tests::peers::{programs, run};
+use stickslip_tests::peers::{programs, python, run};
 use stickslip_tests::root;
 use stickslip_tests::slave::{OK, Slave};
 
@@ -108,10 +108,7 @@ fn val_masters_agree_to_1e_9_and_model_exchange_to_1e_4() {
         folder.path().join("results.json"),
     );
     std::fs::write(&input, cases().to_string()).unwrap();
-    // ecos looks for its libraries beside the environment's own.
-    let libraries = programs().parent().expect("the environment").join("lib");
-    run(Command::new(programs().join("python"))
-        .env("LD_LIBRARY_PATH", libraries)
+    run(python()
         .arg(root().join("tests/peers/run_masters.py"))
         .args([&fmu, &input, &output]));
     let results: Value = serde_json::from_str(&std::fs::read_to_string(&output).unwrap()).unwrap();

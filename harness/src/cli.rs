@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
-    try_effects,
+    system, try_effects,
 };
 
 /// Exit codes, as the help shows them.
@@ -49,6 +49,8 @@ pub enum Command {
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu
     Pack(pack::Arguments),
+    /// Write a system of beam and belt drive, coupled both ways, as SSP
+    System(system::Arguments),
     /// Write the files that the FMI Cross-Check asks of an exporting tool
     CrossCheck(cross_check::Arguments),
 }

@@ -37,6 +37,16 @@ pub enum Error {
         problem: String,
     },
 
+    // ---- packing
+    /// A folder of binaries that can't be packed.
+    #[error("{} {problem}; fill the folder with fmu-src/platforms.sh", path.display())]
+    Binaries {
+        /// The folder, or the library in it.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+
     // ---- repaired model
     /// The calibrated values do not fit the FMU that was diagnosed.
     #[error(

@@ -6,7 +6,7 @@ use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
 use stickslip::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
-    try_effects,
+    system, try_effects,
 };
 
 fn main() -> ExitCode {
@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Some(Command::Dimension(arguments)) => dimension::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
+        Some(Command::System(arguments)) => system::run(&arguments),
         Some(Command::CrossCheck(arguments)) => cross_check::run(&arguments),
     };
     match result {

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod annotation;
+pub mod belt_drive;
 mod declared_type;
 mod layout;
 mod start_values;

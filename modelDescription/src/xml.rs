@@ -10,7 +10,7 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
 
 /// Stands for the GUID while the text is hashed.
-const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
+pub(crate) const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
 
 /// The description for given start values (in the order of the layout), and its GUID.
 pub fn generate(layout: &Layout, starts: &[Option<f64>]) -> (String, String) {
@@ -63,8 +63,9 @@ fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
         ])
         .write_inner_content(|w| {
             interfaces(w)?;
-            units(w, layout)?;
-            types(w, layout)?;
+            let used = used_units(layout);
+            units(w, &used)?;
+            types(w, &used)?;
             log_categories(w)?;
             w.create_element("DefaultExperiment")
                 .with_attributes([
@@ -141,11 +142,12 @@ fn used_units(layout: &Layout) -> Vec<Unit> {
     units
 }
 
-fn units(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
+/// Writes the definitions of units.
+pub(crate) fn units(w: &mut Writer<Vec<u8>>, used: &[Unit]) -> io::Result<()> {
     w.create_element("UnitDefinitions")
         .write_inner_content(|w| {
-            for unit in used_units(layout) {
-                if !unit::ALL.contains(&unit) {
+            for unit in used {
+                if !unit::ALL.contains(unit) {
                     // A user's own: what it is made of is not known.
                     w.create_element("Unit")
                         .with_attribute(("name", unit.symbol))
@@ -182,23 +184,29 @@ fn units(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
     Ok(())
 }
 
-fn types(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
+/// Writes the declared types of Real variables.
+pub(crate) fn real_types(w: &mut Writer<Vec<u8>>, used: &[Unit]) -> io::Result<()> {
+    for unit in used {
+        if let Some((name, description)) = of_unit(*unit) {
+            w.create_element("SimpleType")
+                .with_attributes([("name", name), ("description", description)])
+                .write_inner_content(|w| {
+                    let mut attributes = vec![("quantity", name), ("unit", unit.symbol)];
+                    attributes.extend(shown_in(unit.symbol).map(|u| ("displayUnit", u)));
+                    w.create_element("Real")
+                        .with_attributes(attributes)
+                        .write_empty()?;
+                    Ok(())
+                })?;
+        }
+    }
+    Ok(())
+}
+
+fn types(w: &mut Writer<Vec<u8>>, used: &[Unit]) -> io::Result<()> {
     w.create_element("TypeDefinitions")
         .write_inner_content(|w| {
-            for unit in used_units(layout) {
-                if let Some((name, description)) = of_unit(unit) {
-                    w.create_element("SimpleType")
-                        .with_attributes([("name", name), ("description", description)])
-                        .write_inner_content(|w| {
-                            let mut attributes = vec![("quantity", name), ("unit", unit.symbol)];
-                            attributes.extend(shown_in(unit.symbol).map(|u| ("displayUnit", u)));
-                            w.create_element("Real")
-                                .with_attributes(attributes)
-                                .write_empty()?;
-                            Ok(())
-                        })?;
-                }
-            }
+            real_types(w, used)?;
             for (name, description, items) in ENUMERATIONS {
                 w.create_element("SimpleType")
                     .with_attributes([("name", name), ("description", description)])
@@ -223,7 +231,8 @@ fn types(w: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
     Ok(())
 }
 
-fn log_categories(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+/// Writes the log categories.
+pub(crate) fn log_categories(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
     w.create_element("LogCategories").write_inner_content(|w| {
         let all = [("logAll", "All messages")];
         for (name, description) in LOG_CATEGORIES.into_iter().chain(all) {
@@ -237,7 +246,7 @@ fn log_categories(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
 }
 
 /// Shortest text that reads back as the same number.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     format!("{value:?}")
 }
 

@@ -1,5 +1,5 @@
-//! Independent tools from the Python package index, installed into a virtual environment of their own
-//! on first use (`target/peers-venv`; delete it to start afresh).
+//! Independent tools from the Python package index, each set of them in a virtual environment of its own below the
+//! build folder, installed on first use (delete it to start afresh).
 
 use crate::{build_folder, root};
 use std::fs;
@@ -7,37 +7,50 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// The environment's folder of programs, with everything in tests/peers/requirements.txt.
+/// The folder of programs of the masters' and validators' environment, with everything in
+/// tests/peers/requirements.txt.
 pub fn programs() -> &'static Path {
     static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
-    PROGRAMS.get_or_init(|| {
-        let target = build_folder()
-            .parent()
-            .expect("target/<profile>")
-            .to_owned();
-        let folder = target.join("peers-venv");
-        let programs = folder.join("bin");
-        let requirements = root().join("tests/peers/requirements.txt");
-        let wanted = fs::read_to_string(&requirements).expect("committed");
-        // What has been installed last; written only once everything is there.
-        let stamp = folder.join("installed.txt");
-        if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-            return programs;
-        }
-        run(Command::new("python3").arg("-m").arg("venv").arg(&folder));
-        run(Command::new(programs.join("python"))
-            .args([
-                "-m",
-                "pip",
-                "install",
-                "--quiet",
-                "--disable-pip-version-check",
-                "-r",
-            ])
-            .arg(&requirements));
-        fs::write(&stamp, wanted).expect("target is writable");
-        programs
-    })
+    PROGRAMS.get_or_init(|| environment("peers-venv", "tests/peers/requirements.txt"))
+}
+
+/// The masters' Python. ecos looks for its libraries beside the environment's own.
+pub fn python() -> Command {
+    let mut command = Command::new(programs().join("python"));
+    let libraries = programs().parent().expect("the environment").join("lib");
+    command.env("LD_LIBRARY_PATH", libraries);
+    command
+}
+
+/// The folder of programs of an environment with what the file `requirements` of the repository lists.
+pub fn environment(name: &str, requirements: &str) -> PathBuf {
+    let target = build_folder()
+        .parent()
+        .expect("target/<profile>")
+        .to_owned();
+    let folder = target.join(name);
+    let programs = folder.join("bin");
+    let requirements = root().join(requirements);
+    let wanted = fs::read_to_string(&requirements).expect("committed");
+    // What has been installed last; written only once everything is there.
+    let stamp = folder.join("installed.txt");
+    if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return programs;
+    }
+    run(Command::new("python3").arg("-m").arg("venv").arg(&folder));
+    let pip = [
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "-r",
+    ];
+    run(Command::new(programs.join("python"))
+        .args(pip)
+        .arg(&requirements));
+    fs::write(&stamp, wanted).expect("target is writable");
+    programs
 }
 
 /// Runs a program to its end and gives what it has printed; fails the test where it fails.

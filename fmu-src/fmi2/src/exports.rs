@@ -7,18 +7,22 @@
 //! strings end with a zero byte, and one instance is used by one thread at a time.
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
-use crate::fmu_state;
+use crate::drive::Drive;
+use crate::experiment::Experiment;
 use crate::guard::{panic_message, slice, with_instance, writable};
-use crate::instance::{Content, Experiment, Instance};
+use crate::instance::Instance;
 use crate::lifecycle::{Function, Interface, Phase};
 use crate::log::Log;
+use crate::model::{Model, SavedState};
 use crate::resource::{Starts, folder_of_uri};
+use crate::slave::Slave;
 use crate::status::{Fault, Status};
 use crate::types::{
     Boolean, CallbackFunctions, Component, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS,
     StateHandle, TERMINATED, Text, ValueReference,
 };
 use crate::values::Access;
+use std::any::Any;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
@@ -71,9 +75,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
         instantiate(name, fmu_type, guid, location)
     }));
     let (status, message) = match made {
-        Ok(Ok((starts, interface))) => {
-            log.message(Status::Ok, &format!("instantiated for {interface}"));
-            return Box::into_raw(Box::new(Instance::new(log, starts, interface))).cast();
+        Ok(Ok(model)) => {
+            log.message(
+                Status::Ok,
+                &format!("instantiated for {}", model.interface()),
+            );
+            return Box::into_raw(Box::new(Slave { log, model })).cast();
         }
         Ok(Err(message)) => (Status::Error, message),
         Err(payload) => (Status::Fatal, panic_message(&*payload)),
@@ -82,22 +89,25 @@ pub unsafe extern "C" fn fmi2Instantiate(
     ptr::null_mut()
 }
 
-/// Checks the arguments and reads the start values.
+/// Checks the arguments, and makes the model that the GUID asks for.
 fn instantiate(
     name: Option<&CStr>,
     fmu_type: c_int,
     guid: Option<&CStr>,
     location: Option<&CStr>,
-) -> Result<(Starts, Interface), String> {
+) -> Result<Box<dyn Model>, String> {
     if name.is_none_or(CStr::is_empty) {
         return Err("instanceName is NULL or empty; pass a name".into());
     }
     let interface = Interface::from_number(fmu_type).ok_or_else(|| {
         format!("fmuType {fmu_type} is unknown; use model exchange (0) or co-simulation (1)")
     })?;
+    let given = guid.map(CStr::to_string_lossy).unwrap_or_default();
+    if given == beam_model_description::belt_drive::guid() {
+        return Ok(Box::new(Drive::new(interface)?));
+    }
     let folder = location.and_then(|uri| folder_of_uri(&uri.to_string_lossy()));
     let starts = Starts::load(folder.as_deref())?;
-    let given = guid.map(CStr::to_string_lossy).unwrap_or_default();
     if given != starts.guid {
         return Err(format!(
             "GUID '{given}' is not that of this binary, '{}'; \
@@ -105,14 +115,14 @@ fn instantiate(
             starts.guid
         ));
     }
-    Ok((starts, interface))
+    Ok(Box::new(Instance::new(starts, interface)))
 }
 
 /// `fmi2FreeInstance`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
     if !component.is_null() {
-        let instance = component.cast::<Instance>();
+        let instance = component.cast::<Slave>();
         let _ = catch_unwind(AssertUnwindSafe(|| {
             // SAFETY: the handle came from Box::into_raw in fmi2Instantiate and is freed once.
             drop(unsafe { Box::from_raw(instance) })
@@ -158,7 +168,7 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::SetupExperiment, |instance| {
-            instance.setup_experiment(Experiment {
+            instance.model.setup_experiment(Experiment {
                 start: start_time,
                 stop: (stop_time_defined != 0).then_some(stop_time),
                 tolerance: (tolerance_defined != 0).then_some(tolerance),
@@ -173,7 +183,7 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(component: Component) -> c_
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::EnterInitializationMode, |instance| {
-            instance.enter_initialization();
+            instance.model.enter_initialization();
             Ok(())
         })
     }
@@ -185,7 +195,7 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(component: Component) -> c_i
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::ExitInitializationMode, |instance| {
-            instance.exit_initialization()
+            instance.model.exit_initialization()
         })
     }
 }
@@ -196,7 +206,7 @@ pub unsafe extern "C" fn fmi2Terminate(component: Component) -> c_int {
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::Terminate, |instance| {
-            instance.content.phase = Phase::Terminated;
+            instance.model.set_phase(Phase::Terminated);
             Ok(())
         })
     }
@@ -208,7 +218,7 @@ pub unsafe extern "C" fn fmi2Reset(component: Component) -> c_int {
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::Reset, |instance| {
-            instance.reset();
+            instance.model.reset();
             Ok(())
         })
     }
@@ -232,9 +242,11 @@ unsafe fn get<T>(
         with_instance(component, function, |instance| {
             let references = slice(references, count, function, "vr")?;
             writable(values, count, function, "value")?;
-            instance.content.get(references, access, |position, value| {
-                values.add(position).write(convert(value));
-            })
+            instance
+                .model
+                .get(references, access, &mut |position, value| {
+                    values.add(position).write(convert(value));
+                })
         })
     }
 }
@@ -258,8 +270,8 @@ unsafe fn set<T: Copy>(
             let references = slice(references, count, function, "vr")?;
             let values = slice(values, count, function, "value")?;
             instance
-                .content
-                .set(references, access, |position| convert(values[position]))
+                .model
+                .set(references, access, &|position| convert(values[position]))
         })
     }
 }
@@ -448,6 +460,27 @@ pub unsafe extern "C" fn fmi2SetString(
     }
 }
 
+/// The handle of a copied state. The `Option` lets a copy go into the memory of an older one.
+fn handle(state: SavedState) -> StateHandle {
+    Box::into_raw(Box::new(Some(state))).cast()
+}
+
+/// The copied state behind a handle.
+///
+/// # Errors
+/// [`Fault::NullArgument`].
+///
+/// # Safety
+/// The handle is NULL or came from [`handle`] and was not freed.
+unsafe fn saved<'a>(state: StateHandle, function: Function) -> Result<&'a dyn Any, Fault> {
+    // SAFETY: by the contract.
+    let kept = unsafe { state.cast::<Option<SavedState>>().as_ref() };
+    kept.and_then(Option::as_deref).ok_or(Fault::NullArgument {
+        function,
+        argument: "FMUstate",
+    })
+}
+
 /// `fmi2GetFMUstate`: a new state, or the given one overwritten.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut StateHandle) -> c_int {
@@ -456,9 +489,9 @@ pub unsafe extern "C" fn fmi2GetFMUstate(component: Component, state: *mut State
     unsafe {
         with_instance(component, function, |instance| {
             writable(state, 1, function, "FMUstate")?;
-            match (*state).cast::<Content>().as_mut() {
-                Some(old) => old.clone_from(&instance.content),
-                None => *state = Box::into_raw(Box::new(instance.content.clone())).cast(),
+            match (*state).cast::<Option<SavedState>>().as_mut() {
+                Some(kept) => *kept = Some(instance.model.save(kept.take())),
+                None => *state = handle(instance.model.save(None)),
             }
             Ok(())
         })
@@ -472,14 +505,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(component: Component, state: StateHandl
     // SAFETY: contract of this module; the handle is NULL or came from this FMU.
     unsafe {
         with_instance(component, function, |instance| {
-            let state = state.cast::<Content>().as_ref();
-            let state = state.ok_or(Fault::NullArgument {
-                function,
-                argument: "FMUstate",
-            })?;
-            instance.content.accepts(state)?;
-            instance.content.clone_from(state);
-            Ok(())
+            instance.model.restore(saved(state, function)?)
         })
     }
 }
@@ -492,7 +518,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(component: Component, state: *mut Stat
     unsafe {
         with_instance(component, Function::FreeFmuState, |_| {
             if !state.is_null() && !(*state).is_null() {
-                drop(Box::from_raw((*state).cast::<Content>()));
+                drop(Box::from_raw((*state).cast::<Option<SavedState>>()));
                 *state = ptr::null_mut();
             }
             Ok(())
@@ -510,14 +536,9 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     let function = Function::SerializedFmuStateSize;
     // SAFETY: contract of this module.
     unsafe {
-        with_instance(component, function, |_| {
+        with_instance(component, function, |instance| {
             writable(size, 1, function, "size")?;
-            let state = state.cast::<Content>().as_ref();
-            let state = state.ok_or(Fault::NullArgument {
-                function,
-                argument: "FMUstate",
-            })?;
-            *size = fmu_state::serialize(state).len();
+            *size = instance.model.serialize(saved(state, function)?)?.len();
             Ok(())
         })
     }
@@ -534,14 +555,9 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     let function = Function::SerializeFmuState;
     // SAFETY: contract of this module; at most `size` bytes are written.
     unsafe {
-        with_instance(component, function, |_| {
+        with_instance(component, function, |instance| {
             writable(serialized, 1, function, "serializedState")?;
-            let state = state.cast::<Content>().as_ref();
-            let state = state.ok_or(Fault::NullArgument {
-                function,
-                argument: "FMUstate",
-            })?;
-            let bytes = fmu_state::serialize(state);
+            let bytes = instance.model.serialize(saved(state, function)?)?;
             if size < bytes.len() {
                 return Err(Fault::BadArgument {
                     function,
@@ -571,11 +587,10 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
         with_instance(component, function, |instance| {
             writable(state, 1, function, "FMUstate")?;
             let bytes = slice(serialized.cast::<u8>(), size, function, "serializedState")?;
-            let content = fmu_state::deserialize(instance.content.layout, bytes)?;
-            instance.content.accepts(&content)?;
-            match (*state).cast::<Content>().as_mut() {
-                Some(old) => *old = content,
-                None => *state = Box::into_raw(Box::new(content)).cast(),
+            let read = instance.model.deserialize(bytes)?;
+            match (*state).cast::<Option<SavedState>>().as_mut() {
+                Some(kept) => *kept = Some(read),
+                None => *state = handle(read),
             }
             Ok(())
         })
@@ -602,8 +617,8 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
             let seed = slice(seed, known_count, function, "dvKnown")?;
             writable(sensitivity, unknown_count, function, "dvUnknown")?;
             instance
-                .content
-                .directional(unknowns, knowns, seed, |position, value| {
+                .model
+                .directional(unknowns, knowns, seed, &mut |position, value| {
                     sensitivity.add(position).write(value);
                 })
         })
@@ -626,7 +641,7 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
             let references = slice(references, count, function, "vr")?;
             let orders = slice(orders, count, function, "order")?;
             let values = slice(values, count, function, "value")?;
-            instance.content.set_input_rates(references, orders, values)
+            instance.model.set_input_rates(references, orders, values)
         })
     }
 }
@@ -648,8 +663,8 @@ pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
             let orders = slice(orders, count, function, "order")?;
             writable(values, count, function, "value")?;
             instance
-                .content
-                .output_rates(references, orders, |position, value| {
+                .model
+                .output_rates(references, orders, &mut |position, value| {
                     values.add(position).write(value);
                 })
         })
@@ -667,7 +682,9 @@ pub unsafe extern "C" fn fmi2DoStep(
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::DoStep, |instance| {
-            instance.do_step(current_communication_point, communication_step_size)
+            instance
+                .model
+                .do_step(current_communication_point, communication_step_size)
         })
     }
 }
@@ -688,7 +705,7 @@ unsafe fn answer<T>(
     function: Function,
     kind: c_int,
     value: *mut T,
-    answer: impl FnOnce(&Instance) -> Option<T>,
+    answer: impl FnOnce(&Slave) -> Option<T>,
 ) -> c_int {
     // SAFETY: contract of this module.
     unsafe {
@@ -713,7 +730,7 @@ pub unsafe extern "C" fn fmi2GetStatus(
     // SAFETY: contract of this module.
     unsafe {
         answer(component, Function::GetStatus, kind, value, |instance| {
-            (kind == DO_STEP_STATUS).then(|| instance.content.last_step.code())
+            (kind == DO_STEP_STATUS).then(|| instance.model.last_step().code())
         })
     }
 }
@@ -732,7 +749,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(
             Function::GetRealStatus,
             kind,
             value,
-            |instance| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.content.time),
+            |instance| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.model.time()),
         )
     }
 }

@@ -5,8 +5,8 @@
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use crate::guard::{slice, slice_mut, with_instance, writable};
-use crate::instance::Content;
 use crate::lifecycle::{Function, Phase};
+use crate::model::Model;
 use crate::status::Fault;
 use crate::types::{Boolean, Component, EventInfo};
 use std::ffi::c_int;
@@ -19,7 +19,7 @@ unsafe fn enter(component: Component, function: Function, phase: Phase) -> c_int
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, function, |instance| {
-            instance.content.phase = phase;
+            instance.model.set_phase(phase);
             Ok(())
         })
     }
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn fmi2NewDiscreteStates(
     unsafe {
         with_instance(component, function, |instance| {
             writable(event_info, 1, function, "fmi2eventInfo")?;
-            *event_info = instance.content.new_discrete_states()?;
+            *event_info = instance.model.new_discrete_states()?;
             Ok(())
         })
     }
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn fmi2SetTime(component: Component, time: f64) -> c_int {
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, Function::SetTime, |instance| {
-            instance.content.set_time(time)
+            instance.model.set_time(time)
         })
     }
 }
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn fmi2SetContinuousStates(
     unsafe {
         with_instance(component, function, |instance| {
             let states = slice(states, count, function, "x")?;
-            instance.content.set_states(states)
+            instance.model.set_states(states)
         })
     }
 }
@@ -116,13 +116,13 @@ unsafe fn fill(
     argument: &'static str,
     values: *mut f64,
     count: usize,
-    with: impl FnOnce(&mut Content, &mut [f64]) -> Result<(), Fault>,
+    with: impl FnOnce(&mut dyn Model, &mut [f64]) -> Result<(), Fault>,
 ) -> c_int {
     // SAFETY: contract of this module.
     unsafe {
         with_instance(component, function, |instance| {
             let values = slice_mut(values, count, function, argument)?;
-            with(&mut instance.content, values)
+            with(&mut *instance.model, values)
         })
     }
 }
@@ -143,7 +143,7 @@ pub unsafe extern "C" fn fmi2GetDerivatives(
             "derivatives",
             derivatives,
             count,
-            Content::get_derivatives,
+            |model, values| model.get_derivatives(values),
         )
     }
 }
@@ -164,7 +164,7 @@ pub unsafe extern "C" fn fmi2GetEventIndicators(
             "eventIndicators",
             indicators,
             count,
-            Content::get_indicators,
+            |model, values| model.get_indicators(values),
         )
     }
 }
@@ -178,7 +178,11 @@ pub unsafe extern "C" fn fmi2GetContinuousStates(
 ) -> c_int {
     let function = Function::GetContinuousStates;
     // SAFETY: contract of this module.
-    unsafe { fill(component, function, "x", states, count, Content::get_states) }
+    unsafe {
+        fill(component, function, "x", states, count, |model, values| {
+            model.get_states(values)
+        })
+    }
 }
 
 /// `fmi2GetNominalsOfContinuousStates`.
@@ -197,7 +201,7 @@ pub unsafe extern "C" fn fmi2GetNominalsOfContinuousStates(
             "x_nominal",
             nominals,
             count,
-            |content, nominals| content.get_nominals(nominals),
+            |model, values| model.get_nominals(values),
         )
     }
 }

@@ -3,7 +3,8 @@
 //! Layout: magic (8 bytes), version (u32), length of the payload (u64), payload, FNV-1a of all before
 //! (u64); numbers little-endian, floating point by its bits.
 
-use crate::instance::{Content, Experiment};
+use crate::experiment::Experiment;
+use crate::instance::Content;
 use crate::lifecycle::{Interface, Phase};
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
@@ -22,15 +23,7 @@ pub fn serialize(content: &Content) -> Vec<u8> {
     let mut writer = Writer::default();
     // The enumeration of fields wants to be able to write; a copy serves it.
     exchange(&mut content.clone(), &mut writer).expect("writing does not fail");
-    let payload = writer.bytes;
-    let mut out = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
-    out.extend(MAGIC);
-    out.extend(VERSION.to_le_bytes());
-    out.extend((payload.len() as u64).to_le_bytes());
-    out.extend(payload);
-    let sum = checksum(&out);
-    out.extend(sum.to_le_bytes());
-    out
+    seal(MAGIC, VERSION, &writer.bytes)
 }
 
 /// The state in `bytes`, of an FMU with these variables.
@@ -38,16 +31,42 @@ pub fn serialize(content: &Content) -> Vec<u8> {
 /// # Errors
 /// [`Fault::BrokenState`] for anything that [`serialize`] did not write.
 pub fn deserialize(layout: &'static Layout, bytes: &[u8]) -> Result<Content, Fault> {
+    let mut reader = Reader::new(open(MAGIC, VERSION, bytes)?);
+    // The interface is read with the rest.
+    let mut content = Content::blank(layout, Interface::CoSimulation);
+    exchange(&mut content, &mut reader)
+        .filter(|()| reader.is_empty())
+        .ok_or_else(misfit)?;
+    Ok(content)
+}
+
+/// A payload with its head and checksum.
+pub fn seal(magic: [u8; 8], version: u32, payload: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(HEADER + payload.len() + CHECKSUM);
+    out.extend(magic);
+    out.extend(version.to_le_bytes());
+    out.extend((payload.len() as u64).to_le_bytes());
+    out.extend(payload);
+    let sum = checksum(&out);
+    out.extend(sum.to_le_bytes());
+    out
+}
+
+/// The payload that [`seal`] has closed.
+///
+/// # Errors
+/// [`Fault::BrokenState`].
+pub fn open(magic: [u8; 8], version: u32, bytes: &[u8]) -> Result<&[u8], Fault> {
     let broken = |problem: &str| Fault::BrokenState {
         problem: problem.to_owned(),
     };
-    if bytes.len() < HEADER + CHECKSUM || bytes[..8] != MAGIC {
+    if bytes.len() < HEADER + CHECKSUM || bytes[..8] != magic {
         return Err(broken("it is not a state of this model"));
     }
-    let version = u32::from_le_bytes(bytes[8..12].try_into().expect("4 bytes"));
-    if version != VERSION {
+    let found = u32::from_le_bytes(bytes[8..12].try_into().expect("4 bytes"));
+    if found != version {
         return Err(broken(&format!(
-            "it has version {version}, this FMU reads version {VERSION}"
+            "it has version {found}, this FMU reads version {version}"
         )));
     }
     let length = u64::from_le_bytes(bytes[12..20].try_into().expect("8 bytes"));
@@ -61,13 +80,14 @@ pub fn deserialize(layout: &'static Layout, bytes: &[u8]) -> Result<Content, Fau
     if sum != checksum(&bytes[..end]) {
         return Err(broken("its checksum does not match"));
     }
-    // The interface is read with the rest.
-    let mut content = Content::blank(layout, Interface::CoSimulation);
-    let mut reader = Reader::new(&bytes[HEADER..end]);
-    exchange(&mut content, &mut reader)
-        .filter(|()| reader.is_empty())
-        .ok_or_else(|| broken("its content does not fit this version of the model"))?;
-    Ok(content)
+    Ok(&bytes[HEADER..end])
+}
+
+/// A payload that is not what this version of the model writes.
+pub fn misfit() -> Fault {
+    Fault::BrokenState {
+        problem: "its content does not fit this version of the model".into(),
+    }
 }
 
 /// FNV-1a.
@@ -176,7 +196,8 @@ fn rebuilt(layout: &'static Layout, values: &[f64], experiment: &Experiment) -> 
     Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()
 }
 
-fn optional(value: &mut Option<f64>, codec: &mut impl Codec) -> Option<()> {
+/// A number that may be missing.
+pub fn optional(value: &mut Option<f64>, codec: &mut impl Codec) -> Option<()> {
     let mut present = value.is_some();
     let mut number = value.unwrap_or(0.0);
     codec.flag(&mut present)?;

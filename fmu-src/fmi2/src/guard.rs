@@ -1,7 +1,7 @@
 //! What stands between the master and an instance: NULL, calling sequence, panics, messages.
 
-use crate::instance::Instance;
 use crate::lifecycle::{Function, Phase};
+use crate::slave::Slave;
 use crate::status::{Fault, Status};
 use crate::types::Component;
 use std::any::Any;
@@ -16,11 +16,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub unsafe fn with_instance(
     component: Component,
     function: Function,
-    body: impl FnOnce(&mut Instance) -> Result<(), Fault>,
+    body: impl FnOnce(&mut Slave) -> Result<(), Fault>,
 ) -> c_int {
     // SAFETY: by the contract of this function the pointer is NULL or refers to a live instance that
     // nobody else uses during the call.
-    let Some(instance) = (unsafe { component.cast::<Instance>().as_mut() }) else {
+    let Some(instance) = (unsafe { component.cast::<Slave>().as_mut() }) else {
         return Status::Error.code();
     };
     let outcome = catch_unwind(AssertUnwindSafe(|| {
@@ -31,7 +31,7 @@ pub unsafe fn with_instance(
         Ok(Ok(())) => return Status::Ok.code(),
         Ok(Err(fault)) => fault,
         Err(payload) => {
-            instance.content.phase = Phase::Fatal;
+            instance.model.set_phase(Phase::Fatal);
             Fault::Panic {
                 message: panic_message(&*payload),
             }
@@ -117,6 +117,7 @@ pub fn writable<T>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::instance::Instance;
     use crate::lifecycle::Interface;
     use crate::log::Log;
     use crate::resource::Starts;
@@ -132,10 +133,14 @@ mod tests {
             environment: std::ptr::null_mut(),
         };
         let log = Log::new(callbacks, c"test".into(), true);
-        let mut instance = Instance::new(log, Starts::built_in(), Interface::CoSimulation);
+        let beam = Instance::new(Starts::built_in(), Interface::CoSimulation);
+        let mut instance = Slave {
+            log,
+            model: Box::new(beam),
+        };
         let component: Component = std::ptr::from_mut(&mut instance).cast();
         // SAFETY: the instance lives on this stack.
-        let call = |body: fn(&mut Instance) -> Result<(), Fault>| unsafe {
+        let call = |body: fn(&mut Slave) -> Result<(), Fault>| unsafe {
             with_instance(component, Function::Reset, body)
         };
         assert_eq!(call(|_| Ok(())), Status::Ok.code());

@@ -1,7 +1,7 @@
 //! One instance: values of the variables, the run, and the steps from one communication point to the next.
 
-use crate::lifecycle::{Function, Interface, Phase};
-use crate::log::Log;
+use crate::experiment::Experiment;
+use crate::lifecycle::{Interface, Phase};
 use crate::resource::Starts;
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
@@ -9,17 +9,6 @@ use beam_model_description::Layout;
 use beam_physics::error::PhysicsError;
 use beam_physics::hybrid::Hybrid;
 use beam_physics::simulate::Simulation;
-
-/// What `fmi2SetupExperiment` fixes.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Experiment {
-    /// Start time in s.
-    pub start: f64,
-    /// Stop time in s, if any.
-    pub stop: Option<f64>,
-    /// Relative tolerance that the master asks for, if any.
-    pub tolerance: Option<f64>,
-}
 
 /// Everything of an instance that changes; what `fmi2GetFMUstate` copies.
 #[derive(Clone)]
@@ -54,10 +43,8 @@ pub struct Content {
     pub last_step: Status,
 }
 
-/// An instance of the FMU.
+/// An instance of the beam.
 pub struct Instance {
-    /// Messages to the master.
-    pub log: Log,
     /// Start values of this FMU.
     pub starts: Starts,
     /// What changes.
@@ -66,85 +53,10 @@ pub struct Instance {
 
 impl Instance {
     /// A fresh instance.
-    pub fn new(log: Log, starts: Starts, interface: Interface) -> Self {
+    pub fn new(starts: Starts, interface: Interface) -> Self {
         let mut content = Content::blank(starts.layout, interface);
         content.values.copy_from_slice(&starts.values);
-        Self {
-            log,
-            starts,
-            content,
-        }
-    }
-
-    /// Refuses a call that is not legal in the present phase.
-    ///
-    /// # Errors
-    /// [`Fault::IllegalCall`].
-    #[inline]
-    pub fn admit(&self, function: Function) -> Result<(), Fault> {
-        let legal = function.legal_phases();
-        let own = self.content.interface;
-        let belongs = function.interface().is_none_or(|needed| needed == own);
-        if legal.contains(&self.content.phase) && belongs {
-            return Ok(());
-        }
-        if !belongs {
-            return Err(Fault::Unsupported {
-                function,
-                what: format!("a call to an instance made for {own}"),
-            });
-        }
-        let allowed: Vec<_> = legal.iter().map(Phase::to_string).collect();
-        Err(Fault::IllegalCall {
-            function,
-            phase: self.content.phase,
-            allowed: if allowed.is_empty() {
-                "never".into()
-            } else {
-                allowed.join(", ")
-            },
-        })
-    }
-
-    /// `fmi2SetupExperiment`.
-    ///
-    /// # Errors
-    /// Times or a tolerance that make no sense.
-    pub fn setup_experiment(&mut self, experiment: Experiment) -> Result<(), Fault> {
-        let bad = |argument, value, unit, required: &str| Fault::BadArgument {
-            function: Function::SetupExperiment,
-            argument,
-            value,
-            unit,
-            required: required.into(),
-        };
-        if !experiment.start.is_finite() {
-            return Err(bad("startTime", experiment.start, "s", "finite"));
-        }
-        if let Some(stop) = experiment.stop
-            && !(stop.is_finite() && stop >= experiment.start)
-        {
-            return Err(bad(
-                "stopTime",
-                stop,
-                "s",
-                "finite and not before startTime",
-            ));
-        }
-        if let Some(tolerance) = experiment.tolerance
-            && !(tolerance.is_finite() && tolerance > 0.0)
-        {
-            return Err(bad("tolerance", tolerance, "1", "finite and positive"));
-        }
-        self.content.experiment = experiment;
-        self.content.time = experiment.start;
-        Ok(())
-    }
-
-    /// `fmi2EnterInitializationMode`.
-    pub fn enter_initialization(&mut self) {
-        self.content.phase = Phase::Initialization;
-        self.content.stale = true;
+        Self { starts, content }
     }
 
     /// `fmi2ExitInitializationMode`.
@@ -185,7 +97,7 @@ impl Instance {
     /// Arguments that make no sense (nothing is changed then), or a motion that can't be integrated.
     pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Fault> {
         let content = &mut self.content;
-        content.check_step(point, step)?;
+        content.experiment.check_step(content.time, point, step)?;
         content.retune()?;
         content.apply_inputs()?;
         let target = point + step;
@@ -309,41 +221,5 @@ impl Content {
         }
         self.inputs_touched = false;
         Ok(())
-    }
-
-    /// Checks the arguments of a step: masters' clocks jitter in the last digits and may drift, so
-    /// small differences are taken as they come; a wrong point is an error.
-    fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
-        let bad = |argument, value, required: String| {
-            Err(Fault::BadArgument {
-                function: Function::DoStep,
-                argument,
-                value,
-                unit: "s",
-                required,
-            })
-        };
-        if !(step.is_finite() && step > 0.0) {
-            return bad("communicationStepSize", step, "finite and positive".into());
-        }
-        let slack = 1e-3 * step + 1e-9 * self.time.abs().max(1.0);
-        if !point.is_finite() || (point - self.time).abs() > slack {
-            return bad(
-                "currentCommunicationPoint",
-                point,
-                format!(
-                    "the end of the last step, {} s (to go back, restore a state)",
-                    self.time
-                ),
-            );
-        }
-        match self.experiment.stop {
-            Some(stop) if point + step > stop + 1e-6 * step + 1e-9 * stop.abs().max(1.0) => bad(
-                "communicationStepSize",
-                step,
-                format!("such that the step ends at the stop time, {stop} s"),
-            ),
-            _ => Ok(()),
-        }
     }
 }

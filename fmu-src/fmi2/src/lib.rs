@@ -1,5 +1,5 @@
-//! The stick-slip beam as an FMI 2.0 model, for co-simulation and for model exchange: the C interface and
-//! nothing else.
+//! The stick-slip beam as an FMI 2.0 model, for co-simulation and for model exchange, and the belt drive that goes
+//! with it, for co-simulation: the C interface and nothing else. Which of the two an instance is, its GUID says.
 //!
 //! Every exported function goes through [`guard::with_instance`]: it refuses NULL, checks the calling
 //! sequence, catches panics and reports faults to the master's logger. `unsafe` occurs only where
@@ -7,8 +7,11 @@
 #![warn(unsafe_op_in_unsafe_fn)]
 #![warn(clippy::undocumented_unsafe_blocks)]
 
+mod beam;
 mod directional;
+mod drive;
 mod exchange;
+mod experiment;
 pub mod exports;
 pub mod exports_exchange;
 mod fmu_state;
@@ -16,8 +19,10 @@ mod guard;
 mod instance;
 pub mod lifecycle;
 mod log;
+mod model;
 mod resource;
 mod setup;
+mod slave;
 mod states;
 pub mod status;
 mod tunable;

@@ -1,5 +1,5 @@
 //! Which call is legal when: one table, after the state machines of FMI 2.0.5, sections 3.2.3 (model
-//! exchange) and 4.2.4 (co-simulation). An instance is in phases of its own interface only.
+//! exchange) and 4.2.4 (co-simulation). Each entry names the section that defines its functions. An instance is in phases of its own interface only.
 
 use std::fmt;
 
@@ -218,7 +218,7 @@ impl Function {
     /// Phases in which the call is legal.
     pub fn legal_phases(self) -> &'static [Phase] {
         match self {
-            // 2.1.5, 2.1.6: in every phase.
+            // 2.1.5 (logging), 2.1.6 (reset): in every phase.
             Self::SetDebugLogging | Self::Reset => ANY,
             // 2.1.6: once, before initialization mode.
             Self::SetupExperiment | Self::EnterInitializationMode => &[Instantiated],
@@ -253,9 +253,11 @@ impl Function {
             // 3.2.2
             Self::EnterEventMode => &[EventMode, ContinuousTime],
             Self::NewDiscreteStates | Self::EnterContinuousTimeMode => &[EventMode],
-            Self::CompletedIntegratorStep | Self::SetContinuousStates => &[ContinuousTime],
+            Self::CompletedIntegratorStep => &[ContinuousTime],
             // 3.2.1
             Self::SetTime => &[EventMode, ContinuousTime],
+            Self::SetContinuousStates => &[ContinuousTime],
+            // 3.2.2
             Self::GetDerivatives => &[EventMode, ContinuousTime, Terminated, Error],
             Self::GetEventIndicators | Self::GetContinuousStates => {
                 &[Initialization, EventMode, ContinuousTime, Terminated, Error]

@@ -28,7 +28,8 @@ pub enum Access {
 }
 
 impl Access {
-    fn name(self) -> &'static str {
+    /// Name of the type for messages.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Real => "Real",
             Self::Integer => "Integer or Enumeration",

@@ -6,6 +6,7 @@
 
 pub mod beam;
 pub mod belt;
+pub mod belt_drive;
 #[cfg(test)]
 mod conformance;
 pub mod contact;

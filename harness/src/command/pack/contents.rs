@@ -16,7 +16,7 @@ pub type Entry = (String, Vec<u8>);
 /// Folder of the reference results, after the layered standard that the standard's own FMUs use.
 const RESULTS: &str = "extra/org.fmi-standard.fmi-ls-ref/";
 /// Files that follow from the description.
-const DOCUMENTATION: &str = "documentation/index.html";
+pub const DOCUMENTATION: &str = "documentation/index.html";
 const DEFAULTS: &str = "resources/defaults.ssv";
 /// Reference results: communication step in s, and number of steps.
 const STEPS: (f64, usize) = (1e-3, 200);
@@ -40,11 +40,26 @@ pub fn fixed() -> Vec<Entry> {
             "terminalsAndIcons/terminalsAndIcons.xml".into(),
             include_bytes!("terminals.xml").to_vec(),
         ),
-        (
-            "documentation/licenses/license.txt".into(),
-            include_bytes!("license.txt").to_vec(),
-        ),
     ]
+    .into_iter()
+    .chain(licenses())
+    .collect()
+}
+
+/// Under which licences the FMU may be used; license.txt is where the standard has people begin.
+pub fn licenses() -> impl Iterator<Item = Entry> {
+    let texts: [(&str, &[u8]); 4] = [
+        ("license.txt", include_bytes!("license.txt")),
+        (
+            "license_apache.txt",
+            include_bytes!("../../../../LICENSE-APACHE"),
+        ),
+        ("license_mit.txt", include_bytes!("../../../../LICENSE-MIT")),
+        ("third_party.txt", include_bytes!("third_party.txt")),
+    ];
+    texts
+        .into_iter()
+        .map(|(name, text)| (format!("documentation/licenses/{name}"), text.to_vec()))
 }
 
 /// Puts what follows from the description into an archive, in place of what was there.

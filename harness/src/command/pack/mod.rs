@@ -3,9 +3,11 @@
 //!
 //! The only place where the harness knows the FMU's crates.
 
+pub mod belt_drive;
 mod contents;
 mod documentation;
 mod own_effects;
+mod platforms;
 
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
@@ -15,8 +17,9 @@ use clap::Args;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use self::platforms::Binaries;
 use crate::error::Error;
-use crate::fmu::{Fmu, PLATFORM};
+use crate::fmu::Fmu;
 use crate::output::write_file;
 
 /// Name of the file.
@@ -31,11 +34,18 @@ pub struct Arguments {
     /// Effect of your own to be put in, a TOML file; may be repeated
     #[arg(long = "effect", value_name = "FILE")]
     effects: Vec<PathBuf>,
+    /// Folder with a binary for each platform, as fmu-src/platforms.sh fills it; without, that of this build alone
+    #[arg(long, value_name = "FOLDER")]
+    binaries: Option<PathBuf>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    pack_with(&arguments.output, &arguments.effects)?;
+    let binaries = match &arguments.binaries {
+        Some(folder) => Binaries::of_folder(folder)?,
+        None => Binaries::of_this_build()?,
+    };
+    pack_binaries(&arguments.output, &arguments.effects, &binaries)?;
     println!("Packed {}", arguments.output.display());
     Ok(())
 }
@@ -53,9 +63,11 @@ pub fn pack(path: &Path) -> Result<(), Error> {
 /// # Errors
 /// As [`pack`]; an effect that can't be used.
 pub fn pack_with(path: &Path, effects: &[PathBuf]) -> Result<(), Error> {
+    pack_binaries(path, effects, &Binaries::of_this_build()?)
+}
+
+fn pack_binaries(path: &Path, effects: &[PathBuf], binaries: &Binaries) -> Result<(), Error> {
     let layout = own_effects::layout(effects)?;
-    let library = find_library()?;
-    let library = std::fs::read(&library).map_err(Error::read(&library))?;
     let none: [(&str, f64); 0] = [];
     let describe = || {
         let (xml, guid) = layout.xml_with_starts(&none)?;
@@ -65,17 +77,9 @@ pub fn pack_with(path: &Path, effects: &[PathBuf]) -> Result<(), Error> {
     let (xml, starts) = describe().map_err(|e: StartValueError| Error::StartValues {
         problem: e.to_string(),
     })?;
-    let mut files = vec![
-        (DESCRIPTION.to_owned(), xml.clone().into_bytes()),
-        (
-            format!(
-                "binaries/{PLATFORM}/{MODEL_IDENTIFIER}{}",
-                std::env::consts::DLL_SUFFIX
-            ),
-            library,
-        ),
-        (START_VALUES.to_owned(), starts.into_bytes()),
-    ];
+    let mut files = vec![(DESCRIPTION.to_owned(), xml.clone().into_bytes())];
+    files.extend(binaries.entries(MODEL_IDENTIFIER));
+    files.push((START_VALUES.to_owned(), starts.into_bytes()));
     for effect in layout.effects() {
         let name = format!("resources/{EFFECTS_FOLDER}/{}.toml", effect.id);
         files.push((name, effect.text.clone().into_bytes()));
@@ -135,8 +139,11 @@ pub fn write_fmu(path: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> 
     write_file(path, &bytes)
 }
 
-/// FMI 2.0 wants plain zip: deflate, no zip64, forward slashes.
-fn archive(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
+/// A zip archive of these files. FMI 2.0 and SSP 1.0 want plain zip: deflate, no zip64, forward slashes.
+///
+/// # Errors
+/// None in memory, but for files too large for plain zip.
+pub fn archive(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)

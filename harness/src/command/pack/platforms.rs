@@ -1,0 +1,121 @@
+//! The binaries of an archive: that of this build, or one for each platform from a folder that
+//! `fmu-src/platforms.sh` has filled.
+
+use std::path::{Path, PathBuf};
+
+use super::contents::Entry;
+use super::find_library;
+use crate::error::Error;
+use crate::fmu::PLATFORM;
+
+/// A platform: its name in FMI 2.0.5 (section 2.3), the library there, and how files for it begin.
+struct Platform {
+    name: &'static str,
+    library: &'static str,
+    suffix: &'static str,
+    is_one: fn(&[u8]) -> bool,
+}
+
+/// Processor of an ELF file (gABI, e_machine).
+fn elf_machine(bytes: &[u8]) -> Option<u16> {
+    let low: [u8; 2] = bytes.get(18..20)?.try_into().ok()?;
+    bytes
+        .starts_with(b"\x7fELF")
+        .then(|| u16::from_le_bytes(low))
+}
+
+const PLATFORMS: [Platform; 3] = [
+    Platform {
+        name: "linux64",
+        library: "libbeam_fmu.so",
+        suffix: ".so",
+        is_one: |bytes| elf_machine(bytes) == Some(62),
+    },
+    Platform {
+        name: "aarch64-linux",
+        library: "libbeam_fmu.so",
+        suffix: ".so",
+        is_one: |bytes| elf_machine(bytes) == Some(183),
+    },
+    Platform {
+        name: "win64",
+        library: "beam_fmu.dll",
+        suffix: ".dll",
+        is_one: |bytes| bytes.starts_with(b"MZ"),
+    },
+];
+
+/// The binaries, each with its platform and the suffix of its name.
+pub struct Binaries(Vec<(String, &'static str, Vec<u8>)>);
+
+impl Binaries {
+    /// That of this build alone.
+    ///
+    /// # Errors
+    /// No library beside this program.
+    pub fn of_this_build() -> Result<Self, Error> {
+        let library = find_library()?;
+        let bytes = std::fs::read(&library).map_err(Error::read(&library))?;
+        let suffix = std::env::consts::DLL_SUFFIX;
+        Ok(Self(vec![(PLATFORM.to_owned(), suffix, bytes)]))
+    }
+
+    /// All that lie in `folder`, as `<platform>/<library>`. This platform's must be among them, because an archive
+    /// is tried out before it is written.
+    ///
+    /// # Errors
+    /// A folder that can't be read, a file that is not for its platform, none for this one.
+    pub fn of_folder(folder: &Path) -> Result<Self, Error> {
+        std::fs::read_dir(folder).map_err(Error::read(folder))?;
+        let mut found = Vec::new();
+        for platform in &PLATFORMS {
+            let path = folder.join(platform.name).join(platform.library);
+            if !path.exists() {
+                continue;
+            }
+            let bytes = std::fs::read(&path).map_err(Error::read(&path))?;
+            if !(platform.is_one)(&bytes) {
+                return Err(wrong(path, format!("is no library for {}", platform.name)));
+            }
+            found.push((platform.name.to_owned(), platform.suffix, bytes));
+        }
+        if !found.iter().any(|(name, ..)| name == PLATFORM) {
+            let problem = format!("holds no library for this platform, {PLATFORM}");
+            return Err(wrong(folder.to_owned(), problem));
+        }
+        Ok(Self(found))
+    }
+
+    /// The places of the binaries in the archive of a model with this identifier.
+    pub fn entries(&self, identifier: &str) -> Vec<Entry> {
+        self.0
+            .iter()
+            .map(|(platform, suffix, bytes)| {
+                let name = format!("binaries/{platform}/{identifier}{suffix}");
+                (name, bytes.clone())
+            })
+            .collect()
+    }
+}
+
+fn wrong(path: PathBuf, problem: String) -> Error {
+    Error::Binaries { path, problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_library_in_the_wrong_folder_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("win64");
+        std::fs::create_dir(&place).unwrap();
+        std::fs::write(place.join("beam_fmu.dll"), b"\x7fELF").unwrap();
+        let error = Binaries::of_folder(folder.path()).err().unwrap();
+        assert!(error.to_string().contains("is no library for win64"));
+        std::fs::write(place.join("beam_fmu.dll"), b"MZ").unwrap();
+        let error = Binaries::of_folder(folder.path()).err().unwrap();
+        assert!(error.to_string().contains(PLATFORM), "{error}");
+    }
+}
