@@ -1,0 +1,67 @@
+//! Parameter studies: many points of a model at once, each reduced to the numbers that describe its motion.
+//!
+//! A point is [`Values`] (by the names of the FMU's variables) with a [`StartRule`]; [`evaluate`] follows it to its
+//! motion. [`run`] does many on all cores. [`orbit`] finds periodic motions directly, stable or not.
+
+mod batch;
+mod companion;
+mod follow;
+mod measure;
+pub mod orbit;
+mod period;
+mod point;
+mod spectrum;
+mod start;
+mod values;
+
+pub use batch::{Chain, Outcome, Task, run};
+pub use follow::Crossing;
+pub use period::period_of;
+pub use point::{Motion, Rule, Status, evaluate};
+pub use spectrum::{Spectrum, main_frequency, spectrum};
+pub use start::{Carry, StartRule};
+pub use values::Values;
+
+use crate::contact::ContactMode;
+use crate::model::Model;
+
+/// Where the motion is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// w' = 0, falling: the peaks of the displacement (the paper's w_P).
+    Peak,
+    /// The end of each stick.
+    Release,
+    /// Once in each `period` in s.
+    Stroboscopic {
+        /// Period in s.
+        period: f64,
+    },
+}
+
+/// Static deflection of the tip per force, `sum phi_j^2 / (m_j w_j^2)` in m/N; `l^3 / (3 E I)` with all modes.
+///
+/// Source: Stelter 1992, eqs. (3) and (8).
+pub fn static_compliance(model: &Model) -> f64 {
+    model
+        .beam()
+        .modes()
+        .iter()
+        .map(|m| (m.tip_value / m.angular_frequency()).powi(2) / m.mass)
+        .sum()
+}
+
+/// Amplitude of the transition from stick to slip under static conditions, in m:
+/// `w_A = F_N l^3/(3 E I) (mu_0 - mu(v0))`.
+///
+/// F_N normal force in N, mu_0 static coefficient, mu(v0) coefficient of sliding at the belt's velocity. Holds where
+/// inertia plays no part; effects enter with what they make of friction at rest. Source: Stelter 1992, eq. (8).
+pub fn static_amplitude(values: &Values) -> Result<f64, crate::error::PhysicsError> {
+    let model = values.model()?;
+    let x = [0.0; crate::integrate::MAX_STATES];
+    let limit = model.static_limit(0.0, &x);
+    let towards = ContactMode::slip_towards(-model.inputs.belt_velocity);
+    let mut rates = x;
+    let sliding = model.evaluate(0.0, &x, towards, &mut rates);
+    Ok(static_compliance(&model) * (limit - sliding.capacity))
+}

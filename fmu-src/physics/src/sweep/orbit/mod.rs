@@ -1,0 +1,1 @@
+//! Periodic motions found directly.
