@@ -48,7 +48,9 @@ pub fn run(chains: &[Chain], rule: &Rule, threads: usize, mut sink: impl FnMut(O
                 while let Some(chain) = chains.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let mut carried = chain.carried.clone();
                     for task in &chain.tasks {
-                        let motion = evaluate(&task.values, rule, &task.start, carried.as_ref());
+                        let motion = task.values.subject().and_then(|subject| {
+                            evaluate(&subject, rule, &task.start, carried.as_ref())
+                        });
                         if let Ok(Motion { end: Some(end), .. }) = &motion {
                             carried = Some(end.clone());
                         }

@@ -1,7 +1,7 @@
 //! Parameter studies: many points of a model at once, each reduced to the numbers that describe its motion.
 //!
-//! A point is [`Values`] (by the names of the FMU's variables) with a [`StartRule`]; [`evaluate`] follows it to its
-//! motion. [`run`] does many on all cores. [`orbit`] finds periodic motions directly, stable or not.
+//! A point is a [`Subject`], mostly from [`Values`] by the names of the FMU's variables, with a [`StartRule`];
+//! [`evaluate`] follows it to its motion. [`run`] does many on all cores. [`orbit`] finds periodic motions directly, stable or not.
 
 mod batch;
 mod companion;
@@ -23,7 +23,9 @@ pub use start::{Carry, StartRule};
 pub use values::Values;
 
 use crate::contact::ContactMode;
+use crate::integrate::MAX_STATES;
 use crate::model::Model;
+use crate::simulate::Start;
 
 /// Where the motion is looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +39,17 @@ pub enum Section {
         /// Period in s.
         period: f64,
     },
+}
+
+/// A model ready to be followed.
+#[derive(Clone)]
+pub struct Subject {
+    /// The model with its inputs.
+    pub model: Model,
+    /// The start state that the user has set, if one is.
+    pub given: Option<Start>,
+    /// Relative tolerance of the integration.
+    pub tolerance: f64,
 }
 
 /// Static deflection of the tip per force, `sum phi_j^2 / (m_j w_j^2)` in m/N; `l^3 / (3 E I)` with all modes.
@@ -56,12 +69,10 @@ pub fn static_compliance(model: &Model) -> f64 {
 ///
 /// F_N normal force in N, mu_0 static coefficient, mu(v0) coefficient of sliding at the belt's velocity. Holds where
 /// inertia plays no part; effects enter with what they make of friction at rest. Source: Stelter 1992, eq. (8).
-pub fn static_amplitude(values: &Values) -> Result<f64, crate::error::PhysicsError> {
-    let model = values.model()?;
-    let x = [0.0; crate::integrate::MAX_STATES];
+pub fn static_amplitude(model: &Model) -> f64 {
+    let x = [0.0; MAX_STATES];
     let limit = model.static_limit(0.0, &x);
     let towards = ContactMode::slip_towards(-model.inputs.belt_velocity);
-    let mut rates = x;
-    let sliding = model.evaluate(0.0, &x, towards, &mut rates);
-    Ok(static_compliance(&model) * (limit - sliding.capacity))
+    let sliding = model.evaluate(0.0, &x, towards, &mut [0.0; MAX_STATES]);
+    static_compliance(model) * (limit - sliding.capacity)
 }

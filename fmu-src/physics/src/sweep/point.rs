@@ -6,9 +6,11 @@ use super::measure::Stretch;
 use super::period::period_of;
 use super::spectrum::{main_frequency, spectrum};
 use super::start::start;
-use super::{Carry, Section, StartRule, Values, static_compliance};
+use super::{Carry, Section, StartRule, Subject, static_compliance};
+use crate::contact::ContactMode;
 use crate::error::PhysicsError;
-use crate::integrate::MAX_STATES;
+use crate::integrate::{MAX_STATES, State};
+use crate::model::Model;
 use crate::simulate::Simulation;
 
 /// Periods of the lowest mode without a peak, beyond the time of a stick, after which nothing moves.
@@ -108,14 +110,15 @@ pub struct Motion {
 /// # Errors
 /// Parameters outside the range in which the equations hold, or a run that can't go on.
 pub fn evaluate(
-    values: &Values,
+    subject: &Subject,
     rule: &Rule,
     from: &StartRule,
     carried: Option<&Carry>,
 ) -> Result<Motion, PhysicsError> {
-    let model = values.model()?;
-    let begin = start(from, values, &model, carried);
-    let run = Simulation::from_model(model, values.inputs(), &begin, values.tolerance())?;
+    let tolerance = subject.tolerance;
+    let begin = start(from, subject, carried);
+    let inputs = subject.model.inputs;
+    let run = Simulation::from_model(subject.model.clone(), inputs, &begin, tolerance)?;
     let mut path = Path::new(run);
     let Some(mut stretch) = path.stretch(rule, rule.settle, None)? else {
         return Ok(rest(&path));
@@ -126,7 +129,6 @@ pub fn evaluate(
         if amplitude < path.least {
             return Ok(rest(&path));
         }
-        let tolerance = values.tolerance();
         let mut companion = rule
             .lyapunov
             .then(|| Companion::new(&path.follower, amplitude, tolerance));
@@ -210,21 +212,18 @@ fn rest(path: &Path) -> Motion {
         main_frequency: None,
         amplitude: 0.0,
         stick_fraction: match path.features.mode {
-            Some(crate::contact::ContactMode::Stuck) => 1.0,
+            Some(ContactMode::Stuck) => 1.0,
             _ => 0.0,
         },
         lyapunov: None,
         status: Status::Rest,
         section: Vec::new(),
         duration: None,
-        end: None.or_else(|| {
-            let x = *path.follower.run().piece_end();
-            Some(carry(model, &x, 0.0))
-        }),
+        end: Some(carry(model, path.follower.run().piece_end(), 0.0)),
     }
 }
 
-fn carry(model: &crate::model::Model, state: &crate::integrate::State, travel: f64) -> Carry {
+fn carry(model: &Model, state: &State, travel: f64) -> Carry {
     Carry {
         modes: model.beam().modes().len(),
         dimension: model.dimension(),
@@ -260,7 +259,7 @@ fn describe(path: &Path, stretch: &Stretch, lyapunov: Option<f64>) -> Motion {
         Status::Settled
     };
     let end = stretch.last.map(|peak| {
-        let mode = crate::contact::ContactMode::slip_towards(-model.inputs.belt_velocity);
+        let mode = ContactMode::slip_towards(-model.inputs.belt_velocity);
         let travel = model.motion(peak.time, &peak.state, mode).travel;
         carry(model, &peak.state, travel)
     });

@@ -1,6 +1,6 @@
 //! From which state a point starts.
 
-use super::{Values, static_compliance};
+use super::{Subject, static_compliance};
 use crate::integrate::{MAX_STATES, State};
 use crate::model::Model;
 use crate::simulate::{Start, StartContact};
@@ -9,7 +9,7 @@ use crate::simulate::{Start, StartContact};
 const BEND: f64 = 0.95;
 
 /// What a motion hands to the next point of a continuation: its last section point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Carry {
     /// Number of modes.
     pub modes: usize,
@@ -41,19 +41,18 @@ pub enum StartRule {
 /// The start of a point by its rule.
 pub(super) fn start(
     rule: &StartRule,
-    values: &Values,
-    model: &Model,
+    subject: &Subject,
     carried: Option<&Carry>,
 ) -> Start {
+    let model = &subject.model;
     match (rule, carried) {
         (StartRule::Carried, Some(carry)) => continued(carry, model),
         (StartRule::Grid { bend, velocity }, _) => bent(model, *bend, *velocity),
-        _ if values.start_is_given() => values.start(model),
-        _ => Start {
+        _ => subject.given.clone().unwrap_or_else(|| Start {
             contact: StartContact::Stick,
             settled: true,
             ..bent(model, BEND, 1.0)
-        },
+        }),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
 use crate::integrate::MAX_STATES;
 use crate::model::Model;
 use crate::parameters::{EffectValues, ModelParameters};
+use super::Subject;
 use crate::simulate::{DEFAULT_TOLERANCE, Start, StartContact};
 
 /// Values of the FMU's settable variables, in SI units, by the FMU's names.
@@ -183,19 +184,17 @@ impl Values {
         self.clone().place(name).map(|place| *place)
     }
 
-    /// Whether a start state has been set.
-    pub fn start_is_given(&self) -> bool {
-        self.start_is_given
-    }
-
-    /// Relative tolerance of the integration.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    /// Belt velocity in m/s and normal force in N.
-    pub fn inputs(&self) -> Inputs {
-        Inputs::constant(self.belt_velocity, self.normal_force)
+    /// What the values describe.
+    ///
+    /// # Errors
+    /// Parameters outside the range in which the equations hold.
+    pub fn subject(&self) -> Result<Subject, PhysicsError> {
+        let model = self.model()?;
+        Ok(Subject {
+            given: self.start_is_given.then(|| self.start(&model)),
+            tolerance: self.tolerance,
+            model,
+        })
     }
 
     /// Builds the model.
@@ -237,11 +236,12 @@ impl Values {
             effects: self.effects.clone(),
             user_effects: Vec::new(),
         };
-        Model::new(&parameters, self.inputs())
+        let inputs = Inputs::constant(self.belt_velocity, self.normal_force);
+        Model::new(&parameters, inputs)
     }
 
     /// The start that the values describe, as the FMU takes it.
-    pub fn start(&self, model: &Model) -> Start {
+    fn start(&self, model: &Model) -> Start {
         let mut state = [0.0; MAX_STATES];
         for j in 0..self.mode_count as usize {
             state[2 * j] = self.q[j];

@@ -1,0 +1,200 @@
+//! Bifurcation diagram or map, and the numbers beside it.
+
+use beam_physics::sweep::{Section, static_amplitude};
+
+use super::Study;
+use super::orbits::stretches;
+use super::plan::{Axis as Parameter, StartKind};
+use super::table::Result;
+use super::terminal::name;
+use crate::report::{Axis, Colour, Figure, Plot};
+
+/// Points of a cloud in one picture: more would only make the page heavy.
+const POINTS: usize = 60_000;
+
+/// Metres as millimetres.
+const MM: f64 = 1e3;
+
+fn colour(kind: StartKind) -> Colour {
+    match kind {
+        StartKind::Fixed => Colour::Blue,
+        StartKind::Up => Colour::Orange,
+        StartKind::Down => Colour::Green,
+        StartKind::Grid => Colour::Purple,
+    }
+}
+
+fn legend(kind: StartKind) -> &'static str {
+    match kind {
+        StartKind::Fixed => "fixed start",
+        StartKind::Up => "upwards",
+        StartKind::Down => "downwards",
+        StartKind::Grid => "grid of starts",
+    }
+}
+
+fn over(parameter: &Parameter) -> Axis {
+    let unit = if parameter.unit.is_empty() {
+        "1"
+    } else {
+        &parameter.unit
+    };
+    let words = parameter.name.replace('_', " ");
+    let axis = Axis::linear(&words, unit);
+    let low = parameter.values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = parameter.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let margin = if high > low { 0.02 * (high - low) } else { 0.05 * high.abs().max(1e-6) };
+    axis.from_to(low - margin, high + margin)
+}
+
+/// What the section shows, in words.
+fn section(study: &Study) -> &'static str {
+    match study.plan.rule.section {
+        Section::Peak => "tip displacement at w' = 0, falling",
+        Section::Release => "tip displacement at the end of stick",
+        Section::Stroboscopic { .. } => "tip displacement, stroboscopic",
+    }
+}
+
+/// The picture of sweep.svg.
+pub fn main(study: &Study) -> Box<dyn Figure> {
+    if study.plan.axes.len() == 2 {
+        Box::new(map(study))
+    } else {
+        Box::new(bifurcation(study))
+    }
+}
+
+/// The section points over the parameter, with eq. (8).
+pub fn bifurcation(study: &Study) -> Plot {
+    let parameter = &study.plan.axes[0];
+    let caption = format!(
+        "{} over {}: one point per return, so period one is one line, and a cloud is irregular; dashed: static amplitude w_A of eq. (8).",
+        capital(section(study)),
+        parameter.name
+    );
+    let total: usize = study.section.iter().map(Vec::len).sum();
+    let every = total.div_ceil(POINTS).max(1);
+    let mut plot = Plot::new(over(parameter), Axis::linear("w at the section", "mm"))
+        .size(900.0, 460.0)
+        .caption(&caption);
+    for kind in &study.plan.starts {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        let rows = study.rows.iter().zip(&study.section);
+        for (row, points) in rows.filter(|(row, _)| row.kind == *kind) {
+            for w in points.iter().step_by(every) {
+                x.push(row.at[0]);
+                y.push(MM * w);
+            }
+        }
+        plot = plot.cloud(legend(*kind), colour(*kind), &x, &y);
+    }
+    let all = &study.branches.all;
+    for (stable, name) in [(true, "orbit, stable"), (false, "orbit, unstable")] {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for branch in all {
+            let (bx, by) = stretches(branch, stable);
+            x.extend(bx);
+            y.extend(by);
+            x.push(f64::NAN);
+            y.push(f64::NAN);
+        }
+        if x.iter().any(|v| v.is_finite()) {
+            plot = match stable {
+                true => plot.thin_line(name, Colour::Red, &x, &y),
+                false => plot.dashed_line(name, Colour::Red, &x, &y),
+            };
+        }
+    }
+    let (x, y) = static_line(study);
+    plot.dashed_line("static amplitude w_A, eq. (8)", Colour::Ink, &x, &y)
+}
+
+/// w_A in mm over the first parameter.
+fn static_line(study: &Study) -> (Vec<f64>, Vec<f64>) {
+    let mut x = study.plan.axes[0].values.clone();
+    x.sort_by(f64::total_cmp);
+    let y = x
+        .iter()
+        .map(|value| {
+            let model = study.plan.values(&[*value]).model();
+            model.map_or(f64::NAN, |m| MM * static_amplitude(&m))
+        })
+        .collect();
+    (x, y)
+}
+
+/// A number of the table over the parameter.
+pub fn quantity(
+    study: &Study,
+    title: &str,
+    unit: &str,
+    caption: &str,
+    value: impl Fn(&Result) -> Option<f64>,
+) -> Plot {
+    let mut plot = Plot::new(over(&study.plan.axes[0]), Axis::linear(title, unit)).caption(caption);
+    for kind in &study.plan.starts {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        let rows = study.rows.iter().zip(&study.results);
+        for (row, r) in rows.filter(|(row, _)| row.kind == *kind) {
+            if let Some(v) = value(r).filter(|v| v.is_finite()) {
+                x.push(row.at[0]);
+                y.push(v);
+            }
+        }
+        plot = if x.len() <= 200 {
+            plot.scatter(legend(*kind), colour(*kind), &x, &y)
+        } else {
+            plot.cloud(legend(*kind), colour(*kind), &x, &y)
+        };
+    }
+    plot
+}
+
+/// The kinds of motion over two parameters, of the first kind of start.
+pub fn map(study: &Study) -> Plot {
+    let kind = study.plan.starts[0];
+    let caption = format!(
+        "Kind of motion over {} and {} ({}): Figure 12 of the paper for any two parameters.",
+        study.plan.axes[0].name,
+        study.plan.axes[1].name,
+        legend(kind)
+    );
+    let classes: [(&str, Colour, fn(&Result) -> bool); 5] = [
+        ("period one", Colour::Blue, |r| name(r) == "period 1"),
+        ("period two to four", Colour::Green, |r| {
+            r.status == "ok" && r.period.is_some_and(|p| (2..=4).contains(&p))
+        }),
+        ("longer periods", Colour::Sky, |r| {
+            r.status == "ok" && r.period.is_some_and(|p| p > 4)
+        }),
+        ("irregular or still settling", Colour::Orange, |r| {
+            matches!(name(r).as_str(), "irregular" | "settling")
+        }),
+        ("no vibration", Colour::Grey, |r| name(r) == "no vibration"),
+    ];
+    let mut plot = Plot::new(over(&study.plan.axes[0]), over(&study.plan.axes[1]))
+        .size(900.0, 560.0)
+        .caption(&caption);
+    let first = study.rows.first().map(|r| r.start.clone());
+    for (class, colour, belongs) in classes {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for (row, r) in study.rows.iter().zip(&study.results) {
+            if Some(&row.start) == first.as_ref() && belongs(r) {
+                x.push(row.at[0]);
+                y.push(row.at[1]);
+            }
+        }
+        if !x.is_empty() {
+            plot = plot.scatter(class, colour, &x, &y);
+        }
+    }
+    plot
+}
+
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
