@@ -48,6 +48,8 @@ pub enum Command {
     Dimension(dimension::Arguments),
     /// Motions over one or two parameters: bifurcation diagram, map, table of periods and exponents
     Sweep(sweep::Arguments),
+    /// The paper's numerical figures from this model, beside what the paper says of them
+    Figures(sweep::figures::Arguments),
     /// List the physical effects that an FMU offers, or explain one
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu

@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         Some(Command::Observe(arguments)) => observe::run(&arguments),
         Some(Command::Dimension(arguments)) => dimension::run(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run(&arguments),
+        Some(Command::Figures(arguments)) => sweep::figures::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
         Some(Command::CrossCheck(arguments)) => cross_check::run(&arguments),

@@ -197,12 +197,16 @@ impl Values {
         })
     }
 
-    /// Builds the model.
+    /// Coefficient of friction at a sliding speed in m/s, effects left out.
     ///
     /// # Errors
-    /// Parameters outside the range in which the equations hold.
-    pub fn model(&self) -> Result<Model, PhysicsError> {
-        let friction = match self.law as i32 {
+    /// A friction table that can't be used.
+    pub fn friction_coefficient(&self, speed: f64) -> Result<f64, PhysicsError> {
+        Ok(self.level * self.friction_law()?.coefficient(speed))
+    }
+
+    fn friction_law(&self) -> Result<FrictionLaw, PhysicsError> {
+        Ok(match self.law as i32 {
             2 => FrictionLaw::StelterAsPrinted(self.eq7),
             3 => FrictionLaw::Coulomb {
                 mu_s: self.mu_s,
@@ -220,7 +224,14 @@ impl Values {
                 FrictionLaw::Table(Table::new(&self.speeds[..rows], &self.coefficients[..rows])?)
             }
             _ => FrictionLaw::Stelter(self.eq7),
-        };
+        })
+    }
+
+    /// Builds the model.
+    ///
+    /// # Errors
+    /// Parameters outside the range in which the equations hold.
+    pub fn model(&self) -> Result<Model, PhysicsError> {
         let count = self.mode_count as usize;
         if count > MAX_MODES {
             return Err(PhysicsError::ModeCount {
@@ -230,7 +241,7 @@ impl Values {
         }
         let parameters = ModelParameters {
             beam: Beam::new(&self.modes[..count])?,
-            friction,
+            friction: self.friction_law()?,
             friction_level: self.level,
             sensor_offset: self.sensor_offset,
             effects: self.effects.clone(),

@@ -1,5 +1,6 @@
 //! `stickslip sweep`: the motions of the model over one or two parameters.
 
+pub mod figures;
 mod json;
 mod orbits;
 mod page;

@@ -1,6 +1,6 @@
 //! Bifurcation diagram or map, and the numbers beside it.
 
-use beam_physics::sweep::{Section, static_amplitude};
+use beam_physics::sweep::{Section, sliding_deflection, static_amplitude};
 
 use super::Study;
 use super::orbits::stretches;
@@ -69,22 +69,24 @@ pub fn main(study: &Study) -> Box<dyn Figure> {
 pub fn bifurcation(study: &Study) -> Plot {
     let parameter = &study.plan.axes[0];
     let caption = format!(
-        "{} over {}: one point per return, so period one is one line, and a cloud is irregular; dashed: static amplitude w_A of eq. (8).",
+        "{} over {}, counted from the position of steady sliding: one point per return, so period one is one line and a cloud is irregular; dashed in \
+         black: static amplitude w_A of eq. (8).",
         capital(section(study)),
         parameter.name
     );
     let total: usize = study.section.iter().map(Vec::len).sum();
     let every = total.div_ceil(POINTS).max(1);
-    let mut plot = Plot::new(over(parameter), Axis::linear("w at the section", "mm"))
+    let mut plot = Plot::new(over(parameter), Axis::linear("w at the section, from steady sliding", "mm"))
         .size(900.0, 460.0)
         .caption(&caption);
     for kind in &study.plan.starts {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         let rows = study.rows.iter().zip(&study.section);
         for (row, points) in rows.filter(|(row, _)| row.kind == *kind) {
+            let zero = steady(study, row.at[0]);
             for w in points.iter().step_by(every) {
                 x.push(row.at[0]);
-                y.push(MM * w);
+                y.push(MM * (w - zero));
             }
         }
         plot = plot.cloud(legend(*kind), colour(*kind), &x, &y);
@@ -94,8 +96,8 @@ pub fn bifurcation(study: &Study) -> Plot {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for branch in all {
             let (bx, by) = stretches(branch, stable);
+            y.extend(bx.iter().zip(by).map(|(at, w)| w - MM * steady(study, *at)));
             x.extend(bx);
-            y.extend(by);
             x.push(f64::NAN);
             y.push(f64::NAN);
         }
@@ -108,6 +110,12 @@ pub fn bifurcation(study: &Study) -> Plot {
     }
     let (x, y) = static_line(study);
     plot.dashed_line("static amplitude w_A, eq. (8)", Colour::Ink, &x, &y)
+}
+
+/// Position of steady sliding in m.
+fn steady(study: &Study, value: f64) -> f64 {
+    let model = study.plan.values(&[value]).model();
+    model.map_or(f64::NAN, |m| sliding_deflection(&m))
 }
 
 /// w_A in mm over the first parameter.
