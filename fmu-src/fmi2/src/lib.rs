@@ -11,6 +11,7 @@ mod directional;
 mod exchange;
 pub mod exports;
 pub mod exports_exchange;
+pub mod exports_sweep;
 mod fmu_state;
 mod guard;
 mod instance;
@@ -26,3 +27,4 @@ mod values;
 
 pub use exports::*;
 pub use exports_exchange::*;
+pub use exports_sweep::*;

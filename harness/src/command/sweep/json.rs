@@ -1,5 +1,7 @@
 //! What scripts read: the results, or the points still to be computed.
 
+use std::path::Path;
+
 use beam_physics::sweep::Section;
 use serde_json::{Value, json};
 
@@ -49,7 +51,7 @@ fn at(plan: &Plan, values: &[f64]) -> Value {
 }
 
 /// The points as tasks for a cluster: what to set in the FMU, how to start, and the row's key.
-pub fn tasks(plan: &Plan, rows: &[Row]) -> String {
+pub fn tasks(plan: &Plan, rows: &[Row], folder: &Path) -> String {
     let rule = &plan.rule;
     let (section, period) = match rule.section {
         Section::Peak => (0, 0.0),
@@ -75,7 +77,7 @@ pub fn tasks(plan: &Plan, rows: &[Row]) -> String {
     let all = json!({
         "set": set, "start_is_given": plan.settings.iter().any(|(name, _)| super::plan::is_start(name)),
         "rule": { "settle": rule.settle, "cycles": rule.cycles, "patience": rule.patience, "section": section, "strobe_period": period },
-        "fmu_guid": plan.guid, "chains": chains,
+        "fmu_guid": plan.guid, "chains": chains, "folder": folder, "keys": plan.axes.len() + 1,
     });
     serde_json::to_string(&all).expect("plain values")
 }

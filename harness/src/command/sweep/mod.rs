@@ -154,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let rows = plan.rows();
     if arguments.plan {
         Store::open(&arguments.output, &plan, &rows)?;
-        println!("{}", json::tasks(&plan, &rows));
+        println!("{}", json::tasks(&plan, &rows, &arguments.output));
         return Ok(());
     }
     let threads = threads(arguments.threads)?;

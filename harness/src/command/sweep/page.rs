@@ -33,6 +33,11 @@ pub fn html(study: &Study) -> String {
         study.rows.len()
     );
     let mut page = Page::new("Parameter study", &lead).figure(pictures::main(study).as_ref());
+    if plan.axes.len() == 2 {
+        for kind in &plan.starts[1..] {
+            page = page.figure(&pictures::map(study, *kind));
+        }
+    }
     let counts = kinds(study)
         .into_iter()
         .map(|(kind, count)| format!("{kind}: {count} of {}", study.rows.len()));

@@ -59,7 +59,7 @@ fn section(study: &Study) -> &'static str {
 /// The picture of sweep.svg.
 pub fn main(study: &Study) -> Box<dyn Figure> {
     if study.plan.axes.len() == 2 {
-        Box::new(map(study))
+        Box::new(map(study, study.plan.starts[0]))
     } else {
         Box::new(bifurcation(study))
     }
@@ -159,9 +159,8 @@ pub fn quantity(
     plot
 }
 
-/// The kinds of motion over two parameters, of the first kind of start.
-pub fn map(study: &Study) -> Plot {
-    let kind = study.plan.starts[0];
+/// The kinds of motion over two parameters, from one kind of start (of a grid the first).
+pub fn map(study: &Study, kind: StartKind) -> Plot {
     let caption = format!(
         "Kind of motion over {} and {} ({}): Figure 12 of the paper for any two parameters.",
         study.plan.axes[0].name,
@@ -184,7 +183,7 @@ pub fn map(study: &Study) -> Plot {
     let mut plot = Plot::new(over(&study.plan.axes[0]), over(&study.plan.axes[1]))
         .size(900.0, 560.0)
         .caption(&caption);
-    let first = study.rows.first().map(|r| r.start.clone());
+    let first = study.rows.iter().find(|r| r.kind == kind).map(|r| r.start.clone());
     for (class, colour, belongs) in classes {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for (row, r) in study.rows.iter().zip(&study.results) {

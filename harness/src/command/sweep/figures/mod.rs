@@ -9,7 +9,7 @@ mod static_figures;
 
 use std::path::{Path, PathBuf};
 
-use beam_physics::sweep::{Rule, Values};
+use beam_physics::sweep::{Chain, Motion, Rule, StartRule, Task, Values};
 use clap::Args;
 
 use super::plan::{Axis, Plan, StartKind};
@@ -139,7 +139,7 @@ impl Workshop<'_> {
                 .collect(),
             settings: set.iter().map(|(n, v)| ((*n).into(), *v)).collect(),
             starts: starts.to_vec(),
-            grid: (1, 1),
+            grid: (3, 2),
             rule: Rule {
                 settle: if self.quick { 60 } else { 200 },
                 cycles: if self.quick { 60 } else { 120 },
@@ -157,6 +157,36 @@ impl Workshop<'_> {
         let section = store.section(&plan, &rows)?;
         let study = Study::new(&plan, &rows, store.done, section, Default::default());
         Ok(look(&study))
+    }
+
+    /// The motion with the largest amplitude that a grid of starts (and the fixed one) reaches.
+    pub fn largest(&self, values: &Values) -> Option<Motion> {
+        let mut starts = vec![StartRule::Fixed];
+        for bend in [-0.9, 0.0, 0.6, 0.95] {
+            for velocity in [0.0, 1.0] {
+                starts.push(StartRule::Grid { bend, velocity });
+            }
+        }
+        let tasks = starts.into_iter().enumerate();
+        let chains: Vec<Chain> = tasks
+            .map(|(id, start)| Chain {
+                carried: None,
+                tasks: vec![Task {
+                    id,
+                    values: values.clone(),
+                    start,
+                }],
+            })
+            .collect();
+        let mut all: Vec<(usize, Motion)> = Vec::new();
+        beam_physics::sweep::run(&chains, &Rule::default(), self.threads, |outcome| {
+            all.extend(outcome.motion.ok().map(|m| (outcome.id, m)));
+            true
+        });
+        // In the order of the starts, so that of equal amplitudes always the same is taken.
+        all.sort_by_key(|(id, _)| *id);
+        let all = all.into_iter().map(|(_, m)| m);
+        all.reduce(|a, b| if b.amplitude > 1.001 * a.amplitude { b } else { a })
     }
 
     /// Says what is in work.
