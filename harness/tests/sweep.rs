@@ -98,7 +98,12 @@ fn val_sweep_writes_the_table_the_section_and_the_pictures() {
 #[test]
 fn val_a_killed_sweep_goes_on_and_ends_with_the_same_bytes() {
     let folder = Folder::new();
-    let options = [&RANGE[..], &SHORT, &["--start", "up,down,fixed", "--threads", "2"]].concat();
+    let options = [
+        &RANGE[..],
+        &SHORT,
+        &["--start", "up,down,fixed", "--threads", "2"],
+    ]
+    .concat();
     let whole = sweep(&[&options[..], &["-o", &folder.text("whole")]].concat());
     assert!(whole.status.success(), "{}", said(&whole));
     let mut child = command(&[&options[..], &["-o", &folder.text("cut")]].concat())
@@ -163,7 +168,16 @@ fn bad_input_is_refused_with_what_to_do() {
         assert!(!Path::new(&out).exists(), "{said}");
     };
     let range = |name, from, to, points| {
-        ["--parameter", name, "--from", from, "--to", to, "--points", points]
+        [
+            "--parameter",
+            name,
+            "--from",
+            from,
+            "--to",
+            to,
+            "--points",
+            points,
+        ]
     };
     refused(
         &range("belt_velocty", "0", "1", "3"),
@@ -211,7 +225,11 @@ fn val_a_point_that_fails_is_recorded_with_its_reason_and_the_others_are_kept() 
     assert!(line.contains("failed: mode[1].frequency = 0 Hz"), "{line}");
     assert!(table.lines().nth(2).unwrap().ends_with(",ok"), "{table}");
     // Going on takes it as done.
-    assert!(sweep(&[&arguments[..], &[&out], &SHORT].concat()).status.success());
+    assert!(
+        sweep(&[&arguments[..], &[&out], &SHORT].concat())
+            .status
+            .success()
+    );
     assert_eq!(read(&folder.path("out/sweep.csv")), table);
 }
 
@@ -219,7 +237,11 @@ fn val_a_point_that_fails_is_recorded_with_its_reason_and_the_others_are_kept() 
 #[test]
 fn a_full_disk_is_said_and_finished_points_are_kept() {
     let folder = Folder::new();
-    let options = [&RANGE[..], &["--settle", "10", "--cycles", "400", "--threads", "1"]].concat();
+    let options = [
+        &RANGE[..],
+        &["--settle", "10", "--cycles", "400", "--threads", "1"],
+    ]
+    .concat();
     // Files of at most 64 KiB stand for a full disk; two points with 400 section points each fit.
     let script = format!(
         "trap '' XFSZ; ulimit -f 128; exec {} sweep {} --fmu {} -o {}",
@@ -236,7 +258,10 @@ fn a_full_disk_is_said_and_finished_points_are_kept() {
     let fmu = fmu(&folder);
     let again = sweep(&[&options[..], &["--fmu", &fmu, "-o", &folder.text("out")]].concat());
     assert!(again.status.success(), "{}", said(&again));
-    assert_eq!(read(&folder.path("out/section.csv")).lines().count(), 1 + 7 * 400);
+    assert_eq!(
+        read(&folder.path("out/section.csv")).lines().count(),
+        1 + 7 * 400
+    );
 }
 
 /// A packed FMU, so that a limit on file sizes does not meet the packing.
@@ -257,7 +282,12 @@ fn fmu(folder: &Folder) -> String {
 fn val_orbits_pass_the_motions_found_and_the_bifurcation_is_named() {
     let folder = Folder::new();
     let out = folder.text("out");
-    let range = ["--parameter", "belt_velocity", "--values", "0.097,0.1,0.106"];
+    let range = [
+        "--parameter",
+        "belt_velocity",
+        "--values",
+        "0.097,0.1,0.106",
+    ];
     let done = sweep(&[&range[..], &["--orbits", "-o", &out]].concat());
     assert!(done.status.success(), "{}", said(&done));
     let bifurcations = read(&folder.path("out/bifurcations.csv"));

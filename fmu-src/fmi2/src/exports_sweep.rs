@@ -14,8 +14,8 @@ use crate::lifecycle::Function;
 use crate::setup::{self, PLACES};
 use crate::types::Component;
 use beam_physics::error::PhysicsError;
-use beam_physics::sweep::{Carry, Motion, Rule, Section, StartRule, Subject, evaluate};
 use beam_physics::integrate::MAX_STATES;
+use beam_physics::sweep::{Carry, Motion, Rule, Section, StartRule, Subject, evaluate};
 use std::ffi::{c_char, c_int};
 
 /// Numbers of a request.

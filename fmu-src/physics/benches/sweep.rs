@@ -7,7 +7,11 @@ use std::time::Instant;
 fn seconds(points: usize, cycles: usize, modes: usize, lyapunov: bool, threads: usize) -> f64 {
     let chains: Vec<Chain> = (0..points)
         .map(|id| {
-            let share = if points > 1 { id as f64 / (points - 1) as f64 } else { 0.5 };
+            let share = if points > 1 {
+                id as f64 / (points - 1) as f64
+            } else {
+                0.5
+            };
             let mut values = Values::default();
             values.set("normal_force", 100.0).expect("known");
             values.set("mode_count", modes as f64).expect("known");
@@ -49,21 +53,37 @@ fn main() {
         let best = (0..3)
             .map(|_| seconds(1000, 200, 2, lyapunov, threads))
             .fold(f64::INFINITY, f64::min);
-        let what = if lyapunov { "with exponents" } else { "without exponents" };
+        let what = if lyapunov {
+            "with exponents"
+        } else {
+            "without exponents"
+        };
         println!("1000 points x 200 cycles of Figure 6, {what}: {best:.2} s (best of 3)");
     }
     let one = seconds(200, 200, 2, true, 1);
     for points in [50, 100, 200, 400] {
         let s = seconds(points, 200, 2, true, 1);
-        println!("{points} points, 200 cycles, 2 modes: {:.1} us per point and cycle", 1e6 * s / (points * 200) as f64);
+        println!(
+            "{points} points, 200 cycles, 2 modes: {:.1} us per point and cycle",
+            1e6 * s / (points * 200) as f64
+        );
     }
     for cycles in [100, 200, 400, 800] {
         let s = seconds(100, cycles, 2, true, 1);
-        println!("100 points, {cycles} cycles, 2 modes: {:.1} us per point and cycle", 1e6 * s / (100 * cycles) as f64);
+        println!(
+            "100 points, {cycles} cycles, 2 modes: {:.1} us per point and cycle",
+            1e6 * s / (100 * cycles) as f64
+        );
     }
     for modes in [1, 2, 4, 8] {
         let s = seconds(100, 200, modes, true, 1);
-        println!("100 points, 200 cycles, {modes} modes: {:.1} us per point and cycle", 1e6 * s / (100 * 200) as f64);
+        println!(
+            "100 points, 200 cycles, {modes} modes: {:.1} us per point and cycle",
+            1e6 * s / (100 * 200) as f64
+        );
     }
-    println!("one thread against {threads}: {:.2}", one / seconds(200, 200, 2, true, threads));
+    println!(
+        "one thread against {threads}: {:.2}",
+        one / seconds(200, 200, 2, true, threads)
+    );
 }

@@ -13,7 +13,7 @@ use crate::simulate::{Simulation, Start, StartContact};
 /// Distance of the motions as a share of the amplitude.
 const APART: f64 = 1e-6;
 /// Growth factors below this are lost in the integration's error: the difference has died out.
-const LOST: f64 = 1e-5;
+const LOST: f64 = 3e-4;
 /// Share of the growths at the begin that are left out, while the difference turns into its own direction.
 const ALIGNING: usize = 10;
 
@@ -161,10 +161,16 @@ pub(super) fn is_driven(model: &Model) -> bool {
         let limit = model.static_limit(t, &x);
         (rates, limit)
     };
-    [ContactMode::Backward, ContactMode::Forward, ContactMode::Stuck]
-        .into_iter()
-        .any(|mode| {
-            let first = look(0.0, mode);
-            [0.0137, 0.171, 1.93, 7.7].iter().any(|t| look(*t, mode) != first)
-        })
+    [
+        ContactMode::Backward,
+        ContactMode::Forward,
+        ContactMode::Stuck,
+    ]
+    .into_iter()
+    .any(|mode| {
+        let first = look(0.0, mode);
+        [0.0137, 0.171, 1.93, 7.7]
+            .iter()
+            .any(|t| look(*t, mode) != first)
+    })
 }

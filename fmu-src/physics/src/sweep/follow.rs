@@ -236,7 +236,12 @@ impl Follower {
     }
 
     /// The section's points in the piece that `features` describe.
-    pub fn section_points(&mut self, section: Section, features: &Features, out: &mut Vec<Crossing>) {
+    pub fn section_points(
+        &mut self,
+        section: Section,
+        features: &Features,
+        out: &mut Vec<Crossing>,
+    ) {
         match section {
             Section::Peak => out.extend(&features.peaks),
             Section::Release => {

@@ -97,8 +97,18 @@ impl Stretch {
 
     /// Half the distance in m between the highest peak and the lowest trough from the `skip`-th on.
     pub(super) fn amplitude_from(&self, skip: usize) -> f64 {
-        let high = self.peaks.iter().skip(skip).copied().fold(f64::NAN, f64::max);
-        let low = self.troughs.iter().skip(skip).copied().fold(f64::NAN, f64::min);
+        let high = self
+            .peaks
+            .iter()
+            .skip(skip)
+            .copied()
+            .fold(f64::NAN, f64::max);
+        let low = self
+            .troughs
+            .iter()
+            .skip(skip)
+            .copied()
+            .fold(f64::NAN, f64::min);
         let half = 0.5 * (high - low);
         if half.is_finite() { half } else { 0.0 }
     }

@@ -167,7 +167,11 @@ impl Path {
         let deflection =
             static_compliance(model) * model.static_limit(run.time(), &[0.0; MAX_STATES]);
         let belt = model.inputs.belt_velocity.abs();
-        let stick = if belt > 0.0 { 4.0 * deflection / belt } else { 0.0 };
+        let stick = if belt > 0.0 {
+            4.0 * deflection / belt
+        } else {
+            0.0
+        };
         Self {
             quiet: QUIET / lowest + stick.min(LONGEST_STICK),
             least: (REST * deflection).max(1e-12),
@@ -254,7 +258,11 @@ fn describe(path: &Path, stretch: &Stretch, lyapunov: Option<f64>) -> Motion {
     } else if period.is_some() {
         Status::Settled
     } else if lyapunov.is_some_and(|l| l < 0.0) {
-        if shrinks { Status::DiesOut } else { Status::Settling }
+        if shrinks {
+            Status::DiesOut
+        } else {
+            Status::Settling
+        }
     } else {
         Status::Settled
     };

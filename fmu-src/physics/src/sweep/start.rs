@@ -39,11 +39,7 @@ pub enum StartRule {
 }
 
 /// The start of a point by its rule.
-pub(super) fn start(
-    rule: &StartRule,
-    subject: &Subject,
-    carried: Option<&Carry>,
-) -> Start {
+pub(super) fn start(rule: &StartRule, subject: &Subject, carried: Option<&Carry>) -> Start {
     let model = &subject.model;
     match (rule, carried) {
         (StartRule::Carried, Some(carry)) => continued(carry, model),

@@ -1,5 +1,6 @@
 //! A model by the names of the FMU's variables: what a study sets and varies.
 
+use super::Subject;
 use crate::beam::{Beam, MAX_MODES, ModalOscillator};
 use crate::belt::Inputs;
 use crate::effects::{CATALOGUE, find_parameter};
@@ -8,7 +9,6 @@ use crate::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
 use crate::integrate::MAX_STATES;
 use crate::model::Model;
 use crate::parameters::{EffectValues, ModelParameters};
-use super::Subject;
 use crate::simulate::{DEFAULT_TOLERANCE, Start, StartContact};
 
 /// Values of the FMU's settable variables, in SI units, by the FMU's names.
@@ -221,7 +221,10 @@ impl Values {
             },
             5 => {
                 let rows = (self.rows as usize).min(MAX_TABLE);
-                FrictionLaw::Table(Table::new(&self.speeds[..rows], &self.coefficients[..rows])?)
+                FrictionLaw::Table(Table::new(
+                    &self.speeds[..rows],
+                    &self.coefficients[..rows],
+                )?)
             }
             _ => FrictionLaw::Stelter(self.eq7),
         })

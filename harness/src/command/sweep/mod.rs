@@ -134,12 +134,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "json")]
     plan: bool,
     /// Folder for sweep.csv, section.csv, sweep.html and sweep.svg
-    #[arg(
-        short,
-        long,
-        value_name = "DIR",
-        default_value = "stickslip-sweep"
-    )]
+    #[arg(short, long, value_name = "DIR", default_value = "stickslip-sweep")]
     output: PathBuf,
 }
 
@@ -170,7 +165,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     progress.finish();
     let store = store?;
     if arguments.orbits {
-        write_file(&into("orbits.csv"), orbits::orbits_csv(&plan, &branches).as_bytes())?;
+        write_file(
+            &into("orbits.csv"),
+            orbits::orbits_csv(&plan, &branches).as_bytes(),
+        )?;
         let bifurcations = orbits::bifurcations_csv(&plan, &branches);
         write_file(&into("bifurcations.csv"), bifurcations.as_bytes())?;
     }
@@ -416,7 +414,11 @@ fn axis(
     };
     let values = match list {
         Some([]) => {
-            return refuse(options[3], String::new(), "is empty; give numbers separated by commas".into());
+            return refuse(
+                options[3],
+                String::new(),
+                "is empty; give numbers separated by commas".into(),
+            );
         }
         Some(list) => {
             for (i, value) in list.iter().enumerate() {
@@ -460,7 +462,9 @@ fn axis(
                 return refuse(
                     options[2],
                     points.to_string(),
-                    format!("does not fit a range from {from} to {to} {unit}; one value needs equal ends, a range two points or more"),
+                    format!(
+                        "does not fit a range from {from} to {to} {unit}; one value needs equal ends, a range two points or more"
+                    ),
                 );
             }
             even(from, to, points)

@@ -76,7 +76,11 @@ fn passes(branch: &Branch, value: f64, amplitude: f64, width: f64) -> bool {
             return false;
         }
         let span = b.parameter - a.parameter;
-        let share = if span == 0.0 { 0.0 } else { (value - a.parameter) / span };
+        let share = if span == 0.0 {
+            0.0
+        } else {
+            (value - a.parameter) / span
+        };
         let there = a.orbit.amplitude + share * (b.orbit.amplitude - a.orbit.amplitude);
         // Between two orbits the branch bends by less than they differ.
         let bend = 0.1 * (b.orbit.amplitude - a.orbit.amplitude).abs();

@@ -165,8 +165,7 @@ fn coexisting_table(study: &Study) -> Table {
         .into_iter()
         .take(ROWS)
         .fold(table(&heads), |table, g| {
-            let mut cells: Vec<Cell> =
-                g.at.iter().map(|v| Cell::Number(v.to_string())).collect();
+            let mut cells: Vec<Cell> = g.at.iter().map(|v| Cell::Number(v.to_string())).collect();
             cells.extend([
                 Cell::Text(g.name),
                 Cell::Number(format!("{:.0} %", 100.0 * g.share)),
@@ -191,11 +190,7 @@ fn rows(study: &Study) -> Table {
     );
     let all = study.rows.iter().zip(&study.results);
     all.take(ROWS).fold(table(&heads), |table, (row, r)| {
-        let mut cells: Vec<Cell> = row
-            .at
-            .iter()
-            .map(|v| Cell::Number(v.to_string()))
-            .collect();
+        let mut cells: Vec<Cell> = row.at.iter().map(|v| Cell::Number(v.to_string())).collect();
         let motion = if r.is_failed() {
             Cell::Alert(r.status.clone())
         } else {

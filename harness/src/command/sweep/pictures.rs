@@ -41,9 +41,21 @@ fn over(parameter: &Parameter) -> Axis {
     };
     let words = parameter.name.replace('_', " ");
     let axis = Axis::linear(&words, unit);
-    let low = parameter.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = parameter.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let margin = if high > low { 0.02 * (high - low) } else { 0.05 * high.abs().max(1e-6) };
+    let low = parameter
+        .values
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    let high = parameter
+        .values
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let margin = if high > low {
+        0.02 * (high - low)
+    } else {
+        0.05 * high.abs().max(1e-6)
+    };
     axis.from_to(low - margin, high + margin)
 }
 
@@ -76,9 +88,12 @@ pub fn bifurcation(study: &Study) -> Plot {
     );
     let total: usize = study.section.iter().map(Vec::len).sum();
     let every = total.div_ceil(POINTS).max(1);
-    let mut plot = Plot::new(over(parameter), Axis::linear("w at the section, from steady sliding", "mm"))
-        .size(900.0, 460.0)
-        .caption(&caption);
+    let mut plot = Plot::new(
+        over(parameter),
+        Axis::linear("w at the section, from steady sliding", "mm"),
+    )
+    .size(900.0, 460.0)
+    .caption(&caption);
     for kind in &study.plan.starts {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         let rows = study.rows.iter().zip(&study.section);
@@ -183,7 +198,11 @@ pub fn map(study: &Study, kind: StartKind) -> Plot {
     let mut plot = Plot::new(over(&study.plan.axes[0]), over(&study.plan.axes[1]))
         .size(900.0, 560.0)
         .caption(&caption);
-    let first = study.rows.iter().find(|r| r.kind == kind).map(|r| r.start.clone());
+    let first = study
+        .rows
+        .iter()
+        .find(|r| r.kind == kind)
+        .map(|r| r.start.clone());
     for (class, colour, belongs) in classes {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for (row, r) in study.rows.iter().zip(&study.results) {

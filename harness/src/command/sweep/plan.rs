@@ -97,9 +97,9 @@ impl Plan {
     /// The parameters' values at all points; the first parameter runs fastest.
     pub fn points(&self) -> Vec<Vec<f64>> {
         let (first, rest) = self.axes.split_first().expect("at least one parameter");
-        let seconds = rest.first().map_or(vec![None], |a| {
-            a.values.iter().copied().map(Some).collect()
-        });
+        let seconds = rest
+            .first()
+            .map_or(vec![None], |a| a.values.iter().copied().map(Some).collect());
         let of = |second: &Option<f64>, first: f64| {
             let mut at = vec![first];
             at.extend(second);
@@ -283,10 +283,14 @@ pub fn check(fmu: &Fmu, name: &str, value: f64) -> Result<(), Error> {
         return refuse(format!("it takes whole numbers, {value} is none"));
     }
     if let Some(min) = variable.min.filter(|min| value < *min) {
-        return refuse(format!("{value} {unit} is below its least value {min} {unit}"));
+        return refuse(format!(
+            "{value} {unit} is below its least value {min} {unit}"
+        ));
     }
     if let Some(max) = variable.max.filter(|max| value > *max) {
-        return refuse(format!("{value} {unit} is above its greatest value {max} {unit}"));
+        return refuse(format!(
+            "{value} {unit} is above its greatest value {max} {unit}"
+        ));
     }
     Ok(())
 }

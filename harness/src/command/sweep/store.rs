@@ -119,7 +119,11 @@ impl Store {
                 .map_err(Error::write(&self.folder.join(name)))
         };
         if let Ok(motion) = motion {
-            write(&mut self.section, SECTION, &table::section_lines(row, motion))?;
+            write(
+                &mut self.section,
+                SECTION,
+                &table::section_lines(row, motion),
+            )?;
             if let Some(end) = &motion.end {
                 write(&mut self.states, STATES, &state_line(id, end))?;
                 self.carried[id] = Some(end.clone());

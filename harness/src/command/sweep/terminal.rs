@@ -97,12 +97,14 @@ pub fn summary(study: &Study) -> String {
         for axis in &study.plan.axes {
             let _ = write!(text, "{:>16}  ", axis.name);
         }
-        text += "start                 motion            main freq.   amplitude   stick   exponent\n";
+        text +=
+            "start                 motion            main freq.   amplitude   stick   exponent\n";
         for (row, r) in study.rows.iter().zip(&study.results) {
             for (axis, value) in study.plan.axes.iter().zip(&row.at) {
                 let _ = write!(text, "{:>16}  ", format!("{value} {}", axis.unit));
             }
-            let or_dash = |v: Option<f64>, unit: &str| v.map_or("–".into(), |v| with_unit(v, unit));
+            let or_dash =
+                |v: Option<f64>, unit: &str| v.map_or("–".into(), |v| with_unit(v, unit));
             let _ = writeln!(
                 text,
                 "{:<20}  {:<16} {:>11} {:>11} {:>7} {:>10}",

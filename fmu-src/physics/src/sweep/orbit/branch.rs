@@ -275,8 +275,8 @@ fn bifurcations(points: &[BranchPoint]) -> Vec<Bifurcation> {
             });
             continue;
         }
-        let turns = i > 0
-            && (b.parameter - a.parameter) * (a.parameter - points[i - 1].parameter) < 0.0;
+        let turns =
+            i > 0 && (b.parameter - a.parameter) * (a.parameter - points[i - 1].parameter) < 0.0;
         if turns {
             add(BranchKind::Fold);
         } else if changes {

@@ -57,7 +57,11 @@ impl ReturnMap {
         let mut lowest = f64::INFINITY;
         let mut dependent = 1;
         for (j, m) in modes.iter().enumerate() {
-            let share = if m.tip_value == 0.0 { 1.0 } else { m.tip_value.abs() };
+            let share = if m.tip_value == 0.0 {
+                1.0
+            } else {
+                m.tip_value.abs()
+            };
             weight[2 * j] = share;
             weight[2 * j + 1] = share / m.angular_frequency();
             row[2 * j + 1] = m.tip_value;

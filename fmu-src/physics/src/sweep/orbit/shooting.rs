@@ -23,7 +23,9 @@ pub enum OrbitError {
     #[error(transparent)]
     Physics(#[from] PhysicsError),
     /// The section is not met again.
-    #[error("no peak within {time} s: the motion dies out or sticks; start from a motion that vibrates")]
+    #[error(
+        "no peak within {time} s: the motion dies out or sticks; start from a motion that vibrates"
+    )]
     NoReturn {
         /// Time waited in s.
         time: f64,
@@ -114,7 +116,12 @@ pub(super) fn half(image: &Return) -> f64 {
 type Tried = (DVector<f64>, Return, DVector<f64>);
 
 /// The step, or a part of it that makes the residual smaller.
-fn shortened(map: &mut ReturnMap, y: &DVector<f64>, step: &DVector<f64>, size: f64) -> Option<Tried> {
+fn shortened(
+    map: &mut ReturnMap,
+    y: &DVector<f64>,
+    step: &DVector<f64>,
+    size: f64,
+) -> Option<Tried> {
     let mut share = 1.0;
     for _ in 0..HALVINGS {
         let next = y + share * step;

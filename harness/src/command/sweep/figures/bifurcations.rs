@@ -87,7 +87,11 @@ fn said(c: &Count) -> String {
         c.irregular,
         c.none,
         c.changes,
-        if periods.is_empty() { "none but one".into() } else { periods.join(", ") }
+        if periods.is_empty() {
+            "none but one".into()
+        } else {
+            periods.join(", ")
+        }
     )
 }
 
@@ -122,7 +126,9 @@ fn over_force(workshop: &Workshop) -> Result<PaperFigure, Error> {
     let set = [("belt_velocity", 0.06)];
     let ratio = |force: f64| {
         let values = workshop.values(&[("belt_velocity", 0.06), ("normal_force", force)]);
-        values.model().map_or(f64::NAN, |m| static_amplitude(&m) / force)
+        values
+            .model()
+            .map_or(f64::NAN, |m| static_amplitude(&m) / force)
     };
     let (low, high) = (ratio(5.0), ratio(150.0));
     let (plot, count, both) = workshop.study("figure5", &[axis], &set, &STARTS, |s| {
@@ -170,10 +176,9 @@ fn over_velocity(workshop: &Workshop) -> Result<PaperFigure, Error> {
         (picture(s), count(s, StartKind::Fixed), coexisting(s))
     })?;
     let axis = ("belt_velocity", "m/s", 0.06, 0.09, workshop.points(91));
-    let (inset, near) =
-        workshop.study("figure6_magnification", &[axis], &set, &STARTS, |s| {
-            (picture(s), count(s, StartKind::Fixed))
-        })?;
+    let (inset, near) = workshop.study("figure6_magnification", &[axis], &set, &STARTS, |s| {
+        (picture(s), count(s, StartKind::Fixed))
+    })?;
     let strange = near.multiple + near.irregular > 0 && near.changes > 1;
     Ok(PaperFigure {
         number: "6",
@@ -190,9 +195,14 @@ fn over_velocity(workshop: &Workshop) -> Result<PaperFigure, Error> {
                 verdict: Verdict::Agrees,
             },
             Claim {
-                paper: "The magnification from 60 to 90 mm/s shows strange bifurcation behaviour.".into(),
+                paper: "The magnification from 60 to 90 mm/s shows strange bifurcation behaviour."
+                    .into(),
                 model: said(&near),
-                verdict: if strange { Verdict::Agrees } else { Verdict::Differs },
+                verdict: if strange {
+                    Verdict::Agrees
+                } else {
+                    Verdict::Differs
+                },
             },
         ],
         pictures: vec![

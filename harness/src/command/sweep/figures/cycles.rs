@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use beam_physics::sweep::{Motion, Sample, cycle_distance, trace};
 
 use super::{Claim, PaperFigure, Verdict, Workshop};
-use crate::command::sweep::terminal::name;
 use crate::command::sweep::table::Result as Row;
+use crate::command::sweep::terminal::name;
 use crate::error::Error;
 use crate::report::{Axis, Colour, Figure, Plot, number};
 
@@ -100,7 +100,11 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
         if let Some((n, colour)) = shown.iter().find(|(n, _)| *n == i + 1) {
             let w: Vec<f64> = cycle.samples.iter().map(|s| 1e3 * s.displacement).collect();
             let v: Vec<f64> = cycle.samples.iter().map(|s| s.velocity).collect();
-            let label = if *n == 1 { "1 mode".into() } else { format!("{n} modes") };
+            let label = if *n == 1 {
+                "1 mode".into()
+            } else {
+                format!("{n} modes")
+            };
             plot = plot.thin_line(&label, *colour, &w, &v);
         }
     }
@@ -114,7 +118,9 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
         .enumerate()
         .filter(|(_, c)| period(c) != 1)
         .map(|(i, c)| {
-            let what = c.as_ref().map_or("failed".into(), |c| name(&Row::of(&c.motion)));
+            let what = c
+                .as_ref()
+                .map_or("failed".into(), |c| name(&Row::of(&c.motion)));
             format!("{} modes: {what}", i + 1)
         })
         .collect();

@@ -36,9 +36,19 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
                 model: format!(
                     "of {} points {} are of period one from the fixed start, {} by continuation upwards in v0 from 10 mm/s; \
                      irregular or settling: {} and {}; longer periods: {} and {}",
-                    fixed.all, fixed.one, up.one, fixed.irregular, up.irregular, fixed.longer, up.longer
+                    fixed.all,
+                    fixed.one,
+                    up.one,
+                    fixed.irregular,
+                    up.irregular,
+                    fixed.longer,
+                    up.longer
                 ),
-                verdict: if one > 0 { Verdict::Agrees } else { Verdict::Differs },
+                verdict: if one > 0 {
+                    Verdict::Agrees
+                } else {
+                    Verdict::Differs
+                },
             },
             Claim {
                 paper: "In the hatched regions no self-sustained vibrations take place.".into(),
@@ -50,7 +60,11 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
                     share(fixed.fast),
                     share(up.fast)
                 ),
-                verdict: if none > 0 { Verdict::Agrees } else { Verdict::Differs },
+                verdict: if none > 0 {
+                    Verdict::Agrees
+                } else {
+                    Verdict::Differs
+                },
             },
         ],
         pictures: vec![

@@ -33,12 +33,7 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
     /// Folder for figures.html, the pictures and their data
-    #[arg(
-        short,
-        long,
-        value_name = "DIR",
-        default_value = "stickslip-figures"
-    )]
+    #[arg(short, long, value_name = "DIR", default_value = "stickslip-figures")]
     output: PathBuf,
 }
 
@@ -62,7 +57,9 @@ impl Verdict {
             Verdict::Agrees => "agrees",
             Verdict::InPart => "agrees in part",
             Verdict::Differs => "differs",
-            Verdict::Measured => "model alone: the paper's curve is a measurement that is not at hand",
+            Verdict::Measured => {
+                "model alone: the paper's curve is a measurement that is not at hand"
+            }
         }
     }
 }
@@ -111,7 +108,11 @@ impl Workshop<'_> {
 
     /// A number of points, fewer in quick pictures.
     pub fn points(&self, full: usize) -> usize {
-        if self.quick { full.div_ceil(8).max(6) } else { full }
+        if self.quick {
+            full.div_ceil(8).max(6)
+        } else {
+            full
+        }
     }
 
     /// Writes a table.
@@ -186,7 +187,13 @@ impl Workshop<'_> {
         // In the order of the starts, so that of equal amplitudes always the same is taken.
         all.sort_by_key(|(id, _)| *id);
         let all = all.into_iter().map(|(_, m)| m);
-        all.reduce(|a, b| if b.amplitude > 1.001 * a.amplitude { b } else { a })
+        all.reduce(|a, b| {
+            if b.amplitude > 1.001 * a.amplitude {
+                b
+            } else {
+                a
+            }
+        })
     }
 
     /// Says what is in work.
@@ -239,7 +246,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     write_file(&report, page::html(&figures).as_bytes())?;
     for figure in &figures {
         for claim in &figure.claims {
-            println!("Figure {:<3} {}: {}", figure.number, claim.verdict.words(), claim.model);
+            println!(
+                "Figure {:<3} {}: {}",
+                figure.number,
+                claim.verdict.words(),
+                claim.model
+            );
         }
     }
     println!("Report: {}", report.display());

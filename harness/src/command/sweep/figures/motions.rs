@@ -173,11 +173,19 @@ fn rises(values: impl Iterator<Item = f64>) -> bool {
     all.len() > 1 && all.windows(2).all(|w| w[1] > w[0])
 }
 
-fn pictures(prefix: &str, cases: &[Case], plot: impl Fn(&Case) -> Plot) -> Vec<(String, Box<dyn Figure>)> {
+fn pictures(
+    prefix: &str,
+    cases: &[Case],
+    plot: impl Fn(&Case) -> Plot,
+) -> Vec<(String, Box<dyn Figure>)> {
     cases
         .iter()
         .map(|c| {
-            let name = format!("{prefix}_{}N_{}mm_per_s", c.force, number(1e3 * c.velocity, 3));
+            let name = format!(
+                "{prefix}_{}N_{}mm_per_s",
+                c.force,
+                number(1e3 * c.velocity, 3)
+            );
             (name, Box::new(plot(c)) as Box<dyn Figure>)
         })
         .collect()
@@ -186,7 +194,13 @@ fn pictures(prefix: &str, cases: &[Case], plot: impl Fn(&Case) -> Plot) -> Vec<(
 fn phase_plots(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
     let harmonic = rises(over_velocity.iter().map(|c| -c.distortion()));
     let longer = rises(over_force.iter().map(|c| c.motion.stick_fraction));
-    let agreement = |yes: bool| if yes { Verdict::Agrees } else { Verdict::Differs };
+    let agreement = |yes: bool| {
+        if yes {
+            Verdict::Agrees
+        } else {
+            Verdict::Differs
+        }
+    };
     let mut shown = pictures("figure9", over_velocity, Case::phase);
     shown.extend(pictures("figure9", over_force, Case::phase));
     PaperFigure {
@@ -228,7 +242,9 @@ fn spectra(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
         title: "Fourier spectra (the paper's are of measured data)".into(),
         claims: vec![
             Claim {
-                paper: "The main frequency is about 40 Hz, below the first natural frequency of 80 Hz.".into(),
+                paper:
+                    "The main frequency is about 40 Hz, below the first natural frequency of 80 Hz."
+                        .into(),
                 model: format!(
                     "{frequencies}; below 80 Hz at {below} of {} operating points",
                     all.len()
@@ -240,7 +256,8 @@ fn spectra(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
                 },
             },
             Claim {
-                paper: "The natural frequencies (80 and 510 Hz) do not show up in the spectra.".into(),
+                paper: "The natural frequencies (80 and 510 Hz) do not show up in the spectra."
+                    .into(),
                 model: format!(
                     "lines within 3 Hz of 80 and 510 Hz reach at most {} % of the main line (harmonics of the main frequency that fall \
                      there included)",
@@ -258,7 +275,11 @@ fn spectra(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
                     "share of the higher harmonics: {}",
                     list(over_force, |c| number(c.distortion(), 3))
                 ),
-                verdict: if higher { Verdict::Agrees } else { Verdict::Differs },
+                verdict: if higher {
+                    Verdict::Agrees
+                } else {
+                    Verdict::Differs
+                },
             },
         ],
         pictures: shown,

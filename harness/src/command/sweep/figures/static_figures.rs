@@ -36,7 +36,8 @@ pub fn mode_shapes(workshop: &Workshop) -> Result<PaperFigure, Error> {
         number: "2",
         title: "Mode shapes".into(),
         claims: vec![Claim {
-            paper: "The first two eigenfunctions, eq. (6), with k_1 = 1.875 and k_2 = 4.694.".into(),
+            paper: "The first two eigenfunctions, eq. (6), with k_1 = 1.875 and k_2 = 4.694."
+                .into(),
             model: format!(
                 "values {} and {} at the tip; node of the second mode at x/l = {} (theory: 0.783)",
                 number(first[POINTS], 4),
@@ -74,23 +75,38 @@ pub fn friction(workshop: &Workshop) -> Result<PaperFigure, Error> {
         Axis::linear("sliding speed |v_r|", "m/s"),
         Axis::linear("coefficient of friction", "1").from_to(0.0, 0.7),
     )
-    .line("eq. (7), exponent read as |v_r|/c1", Colour::Blue, &v, &read)
+    .line(
+        "eq. (7), exponent read as |v_r|/c1",
+        Colour::Blue,
+        &v,
+        &read,
+    )
     .dashed_line("eq. (7) as printed", Colour::Orange, &v[1..], &printed[1..])
     .caption("The friction characteristic, eq. (7), as this model reads it and as it is printed.");
     Ok(PaperFigure {
         number: "4",
         title: "Friction characteristic".into(),
         claims: vec![Claim {
-            paper: "The measured means are approximated by eq. (7), a friction that falls with speed.".into(),
+            paper:
+                "The measured means are approximated by eq. (7), a friction that falls with speed."
+                    .into(),
             model: format!(
                 "with the exponent read as |v_r|/c1, mu falls from {} to {} at {FASTEST} m/s{}; as printed it would rise up to {} m/s, and \
                  nothing would vibrate by itself",
                 number(read[0], 3),
                 number(read[POINTS], 3),
-                if falls { ", everywhere" } else { ", but not everywhere" },
+                if falls {
+                    ", everywhere"
+                } else {
+                    ", but not everywhere"
+                },
                 number(top, 2)
             ),
-            verdict: if falls { Verdict::InPart } else { Verdict::Differs },
+            verdict: if falls {
+                Verdict::InPart
+            } else {
+                Verdict::Differs
+            },
         }],
         pictures: vec![("figure4".into(), Box::new(plot))],
     })
