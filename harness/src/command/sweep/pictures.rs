@@ -4,7 +4,7 @@ use beam_physics::sweep::{Section, sliding_deflection, static_amplitude};
 
 use super::Study;
 use super::orbits::stretches;
-use super::plan::{Axis as Parameter, StartKind};
+use super::plan::{Axis as Parameter, Row, StartKind};
 use super::table::Result;
 use super::terminal::name;
 use crate::report::{Axis, Colour, Figure, Plot};
@@ -174,50 +174,71 @@ pub fn quantity(
     plot
 }
 
-/// The kinds of motion over two parameters, from one kind of start (of a grid the first).
+/// The rows that stand for their points: those of a kind of start, of a grid the ones with the largest amplitude.
+pub fn representative<'a>(study: &'a Study, kind: StartKind) -> Vec<(&'a Row, &'a Result)> {
+    let mut found: Vec<(&Row, &Result)> = Vec::new();
+    let rows = study.rows.iter().zip(&study.results);
+    for (row, r) in rows.filter(|(row, _)| row.kind == kind) {
+        match found.last_mut() {
+            Some(last) if last.0.at == row.at => {
+                if r.amplitude > last.1.amplitude {
+                    *last = (row, r);
+                }
+            }
+            _ => found.push((row, r)),
+        }
+    }
+    found
+}
+
+/// The kinds of motion over two parameters, from one kind of start.
 pub fn map(study: &Study, kind: StartKind) -> Plot {
+    let from = match kind {
+        StartKind::Grid => "the largest of a grid of starts",
+        other => legend(other),
+    };
     let caption = format!(
-        "Kind of motion over {} and {} ({}): Figure 12 of the paper for any two parameters.",
-        study.plan.axes[0].name,
-        study.plan.axes[1].name,
-        legend(kind)
+        "Kind of motion over {} and {} ({from}): Figure 12 of the paper for any two parameters.",
+        study.plan.axes[0].name, study.plan.axes[1].name,
     );
-    let classes: [(&str, Colour, fn(&Result) -> bool); 5] = [
-        ("period one", Colour::Blue, |r| name(r) == "period 1"),
-        ("period two to four", Colour::Green, |r| {
-            r.status == "ok" && r.period.is_some_and(|p| (2..=4).contains(&p))
-        }),
-        ("longer periods", Colour::Sky, |r| {
-            r.status == "ok" && r.period.is_some_and(|p| p > 4)
-        }),
-        ("irregular or still settling", Colour::Orange, |r| {
-            matches!(name(r).as_str(), "irregular" | "settling")
-        }),
-        ("no vibration", Colour::Grey, |r| name(r) == "no vibration"),
+    let first = study
+        .plan
+        .base
+        .get("mode[1].frequency")
+        .unwrap_or(f64::INFINITY);
+    let class = |r: &Result| match (name(r).as_str(), r.period) {
+        ("period 1", _) if r.main_frequency.is_some_and(|f| f > first) => 1,
+        ("period 1", _) => 0,
+        (_, Some(2..=4)) if r.status == "ok" => 2,
+        (_, Some(p)) if r.status == "ok" && p > 4 => 3,
+        ("irregular" | "settling", _) => 4,
+        ("no vibration", _) => 5,
+        _ => 6,
+    };
+    let classes = [
+        ("period one", Colour::Blue),
+        ("period one, above the first natural frequency", Colour::Sky),
+        ("period two to four", Colour::Green),
+        ("longer periods", Colour::Purple),
+        ("irregular or still settling", Colour::Orange),
+        ("no vibration", Colour::Grey),
+        ("failed or without section", Colour::Red),
     ];
     let mut plot = Plot::new(over(&study.plan.axes[0]), over(&study.plan.axes[1]))
         .size(900.0, 560.0)
         .caption(&caption);
-    let first = study
-        .rows
-        .iter()
-        .find(|r| r.kind == kind)
-        .map(|r| r.start.clone());
-    for (class, colour, belongs) in classes {
-        let (mut x, mut y) = (Vec::new(), Vec::new());
-        for (row, r) in study.rows.iter().zip(&study.results) {
-            if Some(&row.start) == first.as_ref() && belongs(r) {
-                x.push(row.at[0]);
-                y.push(row.at[1]);
-            }
-        }
+    let rows = representative(study, kind);
+    for (i, (title, colour)) in classes.into_iter().enumerate() {
+        let here = rows.iter().filter(|(_, r)| class(r) == i);
+        let (x, y): (Vec<f64>, Vec<f64>) = here.map(|(row, _)| (row.at[0], row.at[1])).unzip();
         if !x.is_empty() {
-            plot = plot.scatter(class, colour, &x, &y);
+            plot = plot.scatter(title, colour, &x, &y);
         }
     }
     plot
 }
 
+/// A sentence's first letter as a capital.
 pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| {

@@ -131,13 +131,13 @@ const LINES: &str = "normal_force,belt_velocity,frequency_hz,amplitude_m\n";
 pub fn figures(workshop: &Workshop) -> Result<Vec<PaperFigure>, Error> {
     workshop.begin("figures 9 to 11: phase plots and spectra");
     let case = |force, velocity| Case::new(workshop, force, velocity);
-    let over_velocity: Vec<Case> = [0.04, 0.08, 0.12, 0.2]
+    let over_velocity: Vec<Case> = [0.04, 0.08, 0.12]
         .into_iter()
-        .filter_map(|v| case(60.0, v))
+        .filter_map(|v| case(100.0, v))
         .collect();
-    let over_force: Vec<Case> = [36.0, 60.0, 100.0]
+    let over_force: Vec<Case> = [50.0, 80.0, 120.0]
         .into_iter()
-        .filter_map(|f| case(f, 0.08))
+        .filter_map(|f| case(f, 0.06))
         .collect();
     let thirty_six: Vec<Case> = [0.02, 0.04, 0.08]
         .into_iter()
