@@ -163,7 +163,7 @@ impl Workshop<'_> {
     /// The motion with the largest amplitude that a grid of starts (and the fixed one) reaches.
     pub fn largest(&self, values: &Values) -> Option<Motion> {
         let mut starts = vec![StartRule::Fixed];
-        for bend in [-0.9, 0.0, 0.6, 0.95] {
+        for bend in [0.0, 0.95] {
             for velocity in [0.0, 1.0] {
                 starts.push(StartRule::Grid { bend, velocity });
             }
@@ -180,7 +180,13 @@ impl Workshop<'_> {
             })
             .collect();
         let mut all: Vec<(usize, Motion)> = Vec::new();
-        beam_physics::sweep::run(&chains, &Rule::default(), self.threads, |outcome| {
+        let rule = Rule {
+            settle: 100,
+            cycles: 100,
+            patience: 2,
+            ..Rule::default()
+        };
+        beam_physics::sweep::run(&chains, &rule, self.threads, |outcome| {
             all.extend(outcome.motion.ok().map(|m| (outcome.id, m)));
             true
         });
