@@ -64,7 +64,7 @@ fn the_committed_description_is_the_generated_one() {
 }
 
 #[test]
-fn the_binary_exports_exactly_the_functions_of_the_standard() {
+fn the_binary_exports_the_functions_of_the_standard_and_one_for_studies() {
     // nm comes with every C compiler.
     let out = Command::new("nm")
         .args(["-D", "--defined-only"])
@@ -77,6 +77,8 @@ fn the_binary_exports_exactly_the_functions_of_the_standard() {
         .filter_map(|line| line.split_whitespace().last())
         .collect();
     names.sort_unstable();
+    // One function of our own, which masters never look for: docs/adr/0010-sweep.md.
+    names.retain(|name| *name != "stickslipEvaluate");
     assert_eq!(names, FUNCTIONS);
 }
 

@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
-    system, try_effects,
+    sweep, system, try_effects,
 };
 
 /// Exit codes, as the help shows them.
@@ -13,7 +13,8 @@ const EXIT_CODES: &str = "Exit codes:
   1  a gate failed (--fail-above)
   2  bad input: option, campaign, CSV or FMU file
   3  the FMU failed while running
-  4  a result could not be written";
+  4  a result could not be written
+  5  stopped before the end; the same command goes on";
 
 /// Compare a stick-slip beam's FMU with measurements.
 ///
@@ -45,6 +46,10 @@ pub enum Command {
     Observe(observe::Arguments),
     /// Correlation dimension of a measured or simulated series, and whether it has one
     Dimension(dimension::Arguments),
+    /// Motions over one or two parameters: bifurcation diagram, map, table of periods and exponents
+    Sweep(sweep::Arguments),
+    /// The paper's numerical figures from this model, beside what the paper says of them
+    Figures(sweep::figures::Arguments),
     /// List the physical effects that an FMU offers, or explain one
     Effects(effects::Arguments),
     /// Write StickSlipBeam.fmu

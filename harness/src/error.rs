@@ -362,6 +362,39 @@ pub enum Error {
         /// The running program, beside which it should lie.
         searched: PathBuf,
     },
+    // ---- parameter studies
+    /// A variable that a study can't vary.
+    #[error("'{name}' can't be varied or set: {problem}")]
+    SweepVariable {
+        /// The variable.
+        name: String,
+        /// Why not, and what to do.
+        problem: String,
+    },
+    /// A folder that holds the results of another study.
+    #[error("{}: holds another sweep ({difference}); give another folder with -o, or remove this one", folder.display())]
+    OtherSweep {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs.
+        difference: String,
+    },
+    /// A folder in which another process works.
+    #[error("{}: another sweep is writing there; wait for it, or give another folder with -o", folder.display())]
+    FolderInUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Stopped by the user.
+    #[error("stopped after {done} of {of} points; they are kept in {}, the same command goes on from there", folder.display())]
+    Stopped {
+        /// Points finished.
+        done: usize,
+        /// Points asked for.
+        of: usize,
+        /// Where they are.
+        folder: PathBuf,
+    },
     /// A gate of `--fail-above` is not met.
     #[error("run '{run}': NRMSE {value:.4} is above the limit {limit} set by --fail-above")]
     GateFailed {
@@ -375,12 +408,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// The process exit code: 1 a gate failed, 2 bad input, 3 the FMU failed while running, 4 output could not be written.
+    /// The process exit code: 1 a gate failed, 2 bad input, 3 the FMU failed while running, 4 output could not be written, 5 stopped.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::GateFailed { .. } => 1,
             Error::FmiCall { .. } | Error::ForeignState { .. } => 3,
             Error::Write { .. } => 4,
+            Error::Stopped { .. } => 5,
             _ => 2,
         }
     }

@@ -6,7 +6,7 @@ use clap::Parser as _;
 use stickslip::cli::{Cli, Command};
 use stickslip::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
-    system, try_effects,
+    sweep, system, try_effects,
 };
 
 fn main() -> ExitCode {
@@ -20,6 +20,8 @@ fn main() -> ExitCode {
         Some(Command::BlindTest(arguments)) => blind_test::run(&arguments),
         Some(Command::Observe(arguments)) => observe::run(&arguments),
         Some(Command::Dimension(arguments)) => dimension::run(&arguments),
+        Some(Command::Sweep(arguments)) => sweep::run(&arguments),
+        Some(Command::Figures(arguments)) => sweep::figures::run(&arguments),
         Some(Command::Effects(arguments)) => effects::run(&arguments),
         Some(Command::Pack(arguments)) => pack::run(&arguments),
         Some(Command::System(arguments)) => system::run(&arguments),

@@ -40,6 +40,10 @@ impl Model for Instance {
         Instance::reset(self);
     }
 
+    fn content(&self) -> Option<&Content> {
+        Some(&self.content)
+    }
+
     fn get(
         &mut self,
         references: &[u32],

@@ -14,6 +14,7 @@ mod exchange;
 mod experiment;
 pub mod exports;
 pub mod exports_exchange;
+pub mod exports_sweep;
 mod fmu_state;
 mod guard;
 mod instance;
@@ -31,3 +32,4 @@ mod values;
 
 pub use exports::*;
 pub use exports_exchange::*;
+pub use exports_sweep::*;

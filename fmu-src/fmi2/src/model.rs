@@ -1,6 +1,7 @@
 //! What a model must be able to do to stand behind the C interface.
 
 use crate::experiment::Experiment;
+use crate::instance::Content;
 use crate::lifecycle::{Function, Interface, Phase};
 use crate::status::{Fault, Status};
 use crate::types::EventInfo;
@@ -59,6 +60,11 @@ pub trait Model {
         _write: &mut dyn FnMut(usize, f64),
     ) -> Result<(), Fault> {
         lacks(Function::GetDirectionalDerivative)
+    }
+
+    /// What parameter studies evaluate, where the model is one that they are made for.
+    fn content(&self) -> Option<&Content> {
+        None
     }
 
     /// A copy of the state, in the memory of `old` where that is one of this model's.

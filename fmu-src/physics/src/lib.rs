@@ -26,4 +26,5 @@ mod plain_comparison;
 #[cfg(test)]
 mod series_conformance;
 pub mod simulate;
+pub mod sweep;
 pub mod unit;

@@ -1,6 +1,7 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
 mod expanded;
+mod piece;
 pub mod snapshot;
 mod stick;
 

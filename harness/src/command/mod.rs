@@ -15,6 +15,7 @@ mod parameter_set;
 mod progress;
 pub mod repaired_model;
 pub mod simulate;
+pub mod sweep;
 pub mod system;
 pub mod try_effects;
 

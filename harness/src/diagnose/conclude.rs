@@ -1,6 +1,6 @@
 //! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
 
-use super::contender::{Contender, FLOOR_COLOUR};
+use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
 use super::fit::{Effort, Fit};
 use super::hypothesis::{Hypothesis, structure};
 use super::judge::{self, Care, Judgement};
@@ -180,10 +180,11 @@ pub fn conclude(
         .map_or(0.0, |p| base_score - p.score(samples));
     let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
     let is_white = |depth: usize| !(rungs.colour[depth] > FLOOR_COLOUR);
+    let last = rungs.trials.len() - 1;
+    let predicts = !(rungs.holdout[last].quantile(0.5) > FLOOR_HELD_OUT);
     let verdict = if base_is_enough && is_white(0) {
         Verdict::NoMissingEffect
-    } else if selection.explained && !selection.path.is_empty() && is_white(rungs.trials.len() - 1)
-    {
+    } else if selection.explained && !selection.path.is_empty() && is_white(last) && predicts {
         Verdict::EffectFound
     } else {
         Verdict::UnknownEffect

@@ -22,6 +22,11 @@ pub const FLOOR_QUARTILE: f64 = 1.45;
 /// models leave 0.85 to 1.0, a cubic stiffness fitted to a quadratic one down to 1.03 times the noise 1.44.
 pub const FLOOR_COLOUR: f64 = 1.2;
 
+/// An effect is named only if its median error on what was kept out is at most this many times the noise: a profile along
+/// the belt, of its own in each run, comes down to the noise on the shots that it was fitted to whatever is missing
+/// (a drift of friction: 235 times the noise between them). True models leave 0.4 to 1.3.
+pub const FLOOR_HELD_OUT: f64 = 5.0;
+
 /// Whether errors are down to the noise and as white; a colour that could not be told is passed over.
 pub fn is_floor(fit: &Judgement, colour: f64) -> bool {
     fit.quantile(0.5) <= FLOOR_MEDIAN
@@ -76,6 +81,12 @@ impl Contender {
                 .flatten()
                 .filter(free)
                 .count()
+    }
+
+    /// Whether it has values of its own for each place that a run passes.
+    pub fn is_local(&self) -> bool {
+        let own = &self.trial.hypothesis.own;
+        own.iter().flatten().any(|k| k.support.is_some())
     }
 
     /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.

@@ -130,9 +130,12 @@ impl<'a> Screen<'a> {
             Some(best) if best.reaches_floor() => best.size(),
             _ => usize::MAX,
         };
-        let near = contenders
-            .first()
-            .map_or(f64::NAN, |best| NEAR_THE_BEST * best.fit.quantile(0.5));
+        let near = match contenders.first() {
+            // Values of its own along each run imitate much: what is simpler gets its chance from afar.
+            Some(best) if best.is_local() => PROMISING,
+            Some(best) => NEAR_THE_BEST * best.fit.quantile(0.5),
+            None => f64::NAN,
+        };
         let wanted: Vec<usize> = (0..contenders.len())
             .filter(|&i| {
                 let c = &contenders[i];

@@ -21,6 +21,7 @@ mod matrix;
 mod number;
 mod page;
 mod plot;
+mod standalone;
 mod svg;
 mod table;
 
@@ -31,4 +32,5 @@ pub use matrix::Matrix;
 pub use number::{number, with_unit};
 pub use page::{Figure, Page};
 pub use plot::Plot;
+pub use standalone::svg_file;
 pub use table::{Cell, Table};

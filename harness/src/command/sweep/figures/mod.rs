@@ -1,0 +1,277 @@
+//! `stickslip figures`: the paper's numerical figures from this model, beside what the paper says of them.
+
+mod bifurcations;
+mod cycles;
+mod map;
+mod motions;
+mod page;
+mod static_figures;
+
+use std::path::{Path, PathBuf};
+
+use beam_physics::sweep::{Chain, Motion, Rule, StartRule, Task, Values};
+use clap::Args;
+
+use super::plan::{Axis, Plan, StartKind};
+use super::{Study, compute, threads};
+use crate::command::progress::Progress;
+use crate::error::Error;
+use crate::output::{make_folder, write_file};
+use crate::report::{Figure, svg_file};
+use crate::watch::Watch;
+
+/// Options of `figures`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// FMU whose start values are used [default: this repository's StickSlipBeam, packed on the spot]
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<PathBuf>,
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Coarse pictures in a tenth of the time
+    #[arg(long)]
+    quick: bool,
+    /// Folder for figures.html, the pictures and their data
+    #[arg(short, long, value_name = "DIR", default_value = "stickslip-figures")]
+    output: PathBuf,
+}
+
+/// How what the model shows compares with what the paper says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model shows it.
+    Agrees,
+    /// Some of it.
+    InPart,
+    /// The model shows something else.
+    Differs,
+    /// The paper's figure is a measurement that is not at hand.
+    Measured,
+}
+
+impl Verdict {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Verdict::Agrees => "agrees",
+            Verdict::InPart => "agrees in part",
+            Verdict::Differs => "differs",
+            Verdict::Measured => {
+                "model alone: the paper's curve is a measurement that is not at hand"
+            }
+        }
+    }
+}
+
+/// A claim of the paper and what the model shows.
+pub struct Claim {
+    /// What the paper says.
+    pub paper: String,
+    /// What this model shows, with numbers.
+    pub model: String,
+    /// The comparison.
+    pub verdict: Verdict,
+}
+
+/// One figure.
+pub struct PaperFigure {
+    /// Its number in the paper.
+    pub number: &'static str,
+    /// What it shows.
+    pub title: String,
+    /// Claims.
+    pub claims: Vec<Claim>,
+    /// Pictures with their file names without suffix.
+    pub pictures: Vec<(String, Box<dyn Figure>)>,
+}
+
+/// What all figures are made with.
+pub struct Workshop<'a> {
+    base: Values,
+    guid: String,
+    folder: &'a Path,
+    threads: usize,
+    quick: bool,
+    watch: &'a dyn Watch,
+}
+
+impl Workshop<'_> {
+    /// The model with some values set.
+    pub fn values(&self, set: &[(&str, f64)]) -> Values {
+        let mut values = self.base.clone();
+        for (name, value) in set {
+            values.set(name, *value).expect("names of the model");
+        }
+        values
+    }
+
+    /// A number of points, fewer in quick pictures.
+    pub fn points(&self, full: usize) -> usize {
+        if self.quick {
+            full.div_ceil(8).max(6)
+        } else {
+            full
+        }
+    }
+
+    /// Writes a table.
+    pub fn data(&self, name: &str, csv: &str) -> Result<(), Error> {
+        write_file(&self.folder.join(name), csv.as_bytes())
+    }
+
+    /// A study into a folder of its own, and what to do with it.
+    pub fn study<T>(
+        &self,
+        name: &str,
+        axes: &[(&str, &str, f64, f64, usize)],
+        set: &[(&str, f64)],
+        starts: &[StartKind],
+        look: impl FnOnce(&Study) -> T,
+    ) -> Result<T, Error> {
+        let plan = Plan {
+            axes: axes
+                .iter()
+                .map(|(name, unit, from, to, points)| Axis {
+                    name: (*name).into(),
+                    unit: (*unit).into(),
+                    values: super::even(*from, *to, *points),
+                })
+                .collect(),
+            settings: set.iter().map(|(n, v)| ((*n).into(), *v)).collect(),
+            starts: starts.to_vec(),
+            grid: (3, 2),
+            rule: Rule {
+                settle: if self.quick { 60 } else { 200 },
+                cycles: if self.quick { 60 } else { 120 },
+                ..Rule::default()
+            },
+            base: self.values(set),
+            guid: self.guid.clone(),
+        };
+        let rows = plan.rows();
+        let named = Named {
+            watch: self.watch,
+            name,
+        };
+        let store = compute(&plan, &rows, &self.folder.join(name), self.threads, &named)?;
+        let section = store.section(&plan, &rows)?;
+        let study = Study::new(&plan, &rows, store.done, section, Default::default());
+        Ok(look(&study))
+    }
+
+    /// The motion with the largest amplitude that a grid of starts (and the fixed one) reaches.
+    pub fn largest(&self, values: &Values) -> Option<Motion> {
+        let mut starts = vec![StartRule::Fixed];
+        for bend in [0.0, 0.95] {
+            for velocity in [0.0, 1.0] {
+                starts.push(StartRule::Grid { bend, velocity });
+            }
+        }
+        let tasks = starts.into_iter().enumerate();
+        let chains: Vec<Chain> = tasks
+            .map(|(id, start)| Chain {
+                carried: None,
+                tasks: vec![Task {
+                    id,
+                    values: values.clone(),
+                    start,
+                }],
+            })
+            .collect();
+        let mut all: Vec<(usize, Motion)> = Vec::new();
+        let rule = Rule {
+            settle: 100,
+            cycles: 100,
+            patience: 2,
+            ..Rule::default()
+        };
+        beam_physics::sweep::run(&chains, &rule, self.threads, |outcome| {
+            all.extend(outcome.motion.ok().map(|m| (outcome.id, m)));
+            true
+        });
+        // In the order of the starts, so that of equal amplitudes always the same is taken.
+        all.sort_by_key(|(id, _)| *id);
+        let all = all.into_iter().map(|(_, m)| m);
+        all.reduce(|a, b| {
+            if b.amplitude > 1.001 * a.amplitude {
+                b
+            } else {
+                a
+            }
+        })
+    }
+
+    /// Says what is in work.
+    pub fn begin(&self, what: &str) {
+        self.watch.step(what, 0, 1);
+    }
+}
+
+/// A watch that says which figure is in work.
+struct Named<'a> {
+    watch: &'a dyn Watch,
+    name: &'a str,
+}
+
+impl Watch for Named<'_> {
+    fn step(&self, _: &str, done: usize, of: usize) {
+        self.watch.step(self.name, done, of);
+    }
+    fn stop(&self) -> bool {
+        self.watch.stop()
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A folder that can't be written or holds something else; a stop by the user.
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let fmu = crate::command::open_fmu(arguments.fmu.as_deref())?;
+    make_folder(&arguments.output)?;
+    let progress = Progress::new(Progress::STEPS);
+    let workshop = Workshop {
+        base: super::plan::base(&fmu)?,
+        guid: fmu.description().guid.clone(),
+        folder: &arguments.output,
+        threads: threads(arguments.threads)?,
+        quick: arguments.quick,
+        watch: &progress,
+    };
+    let figures = all(&workshop);
+    progress.finish();
+    let figures = figures?;
+    for figure in &figures {
+        for (name, picture) in &figure.pictures {
+            let path = arguments.output.join(format!("{name}.svg"));
+            write_file(&path, svg_file(picture.as_ref()).as_bytes())?;
+        }
+    }
+    let report = arguments.output.join("figures.html");
+    write_file(&report, page::html(&figures).as_bytes())?;
+    for figure in &figures {
+        for claim in &figure.claims {
+            println!(
+                "Figure {:<3} {}: {}",
+                figure.number,
+                claim.verdict.words(),
+                claim.model
+            );
+        }
+    }
+    println!("Report: {}", report.display());
+    Ok(())
+}
+
+fn all(workshop: &Workshop) -> Result<Vec<PaperFigure>, Error> {
+    let mut all = vec![
+        static_figures::mode_shapes(workshop)?,
+        cycles::figure(workshop)?,
+        static_figures::friction(workshop)?,
+    ];
+    all.extend(bifurcations::figures(workshop)?);
+    all.extend(motions::figures(workshop)?);
+    all.push(map::figure(workshop)?);
+    Ok(all)
+}
