@@ -240,7 +240,8 @@ fn val_a_point_that_fails_is_recorded_with_its_reason_and_the_others_are_kept() 
 fn a_full_disk_is_said_and_finished_points_are_kept() {
     let folder = Folder::new();
     let long = ["--settle", "4000", "--cycles", "400", "--threads", "1"];
-    let options = [&RANGE[..], &long, &["-o", &folder.text("out")]].concat();
+    let out = folder.text("out");
+    let options = [&RANGE[..], &long, &["-o", &out]].concat();
     // A limit on the size of files stands for a full disk: 64 KiB hold the section points of two rows.
     let script = format!(
         "trap '' XFSZ; exec {} sweep --fmu {} {}",
