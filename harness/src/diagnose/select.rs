@@ -75,11 +75,15 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let at_floor = |singles: &[Contender], calibrated: &Contender| {
         calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor)
     };
-    if !at_floor(&singles, &calibrated) {
+    // Values of its own along each run imitate much: that alone does not end the search.
+    let settled = |singles: &[Contender], calibrated: &Contender| {
+        at_floor(singles, calibrated) && (calibrated.reaches_floor() || !singles[0].is_local())
+    };
+    if !settled(&singles, &calibrated) {
         screen.polish(&mut singles, watch)?;
     }
     let mut held = Vec::new();
-    if !at_floor(&singles, &calibrated) && !watch.stop() {
+    if !settled(&singles, &calibrated) && !watch.stop() {
         held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
         let freed = screen.freed(&held)?;
         screen.keep_better(&mut singles, freed);
