@@ -5,8 +5,7 @@
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use stickslip_tests::peers::{programs, python, run};
+use stickslip_tests::peers::{python, run, validators};
 use stickslip_tests::root;
 use stickslip_tests::slave::{OK, Slave};
 
@@ -43,14 +42,8 @@ fn val_the_validators_of_fmpy_and_fmutool_find_nothing() {
     let with_effect = folder.path().join("own.fmu");
     stickslip::command::pack::pack_with(&with_effect, &[effect]).expect("packs");
     for fmu in [packed(folder.path()), with_effect] {
-        let text = run(Command::new(programs().join("fmpy"))
-            .arg("validate")
-            .arg(&fmu));
-        assert_eq!(text.trim(), "No problems found.");
-        let text = run(Command::new(programs().join("fmutool"))
-            .arg("-input")
-            .arg(&fmu)
-            .arg("-check"));
+        let [problems, text] = validators(&fmu);
+        assert_eq!(problems.trim(), "No problems found.");
         for line in text.lines() {
             let info = line.starts_with("INFO ");
             assert!(

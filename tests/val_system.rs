@@ -6,8 +6,7 @@
 
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use stickslip_tests::peers::{programs, python, run};
+use stickslip_tests::peers::{python, run, validators};
 use stickslip_tests::root;
 use stickslip_tests::slave::{OK, Slave};
 
@@ -147,14 +146,8 @@ fn val_the_archive_passes_the_schema_of_ssp_and_the_validators() {
         .arg(folder.path().join("unpacked")));
     assert!(text.contains("valid: SystemStructure.ssd"), "{text}");
     let fmu = folder.path().join("unpacked/resources/BeltDrive.fmu");
-    let text = run(Command::new(programs().join("fmpy"))
-        .arg("validate")
-        .arg(&fmu));
-    assert_eq!(text.trim(), "No problems found.");
-    let text = run(Command::new(programs().join("fmutool"))
-        .arg("-input")
-        .arg(&fmu)
-        .arg("-check"));
+    let [problems, text] = validators(&fmu);
+    assert_eq!(problems.trim(), "No problems found.");
     assert!(text.contains("No semantic error"), "{text}");
     assert!(!text.contains("WARN") && !text.contains("ERROR "), "{text}");
 }

@@ -3,14 +3,13 @@
 //! It offers co-simulation only. The table is small and has no users' effects, so it needs no layout.
 
 use crate::declared_type::of_unit;
-use crate::variable::{Causality, Initial, Variability};
-use crate::xml::{PLACEHOLDER, guid_of, log_categories, number, real_types, units};
+use crate::variable::Causality;
+use crate::xml::{co_simulation, document, log_categories, number, real_types, units};
 use beam_physics::unit::{
     KILOGRAM, METRE, METRE_PER_SECOND, METRE_PER_SECOND2, NEWTON, NEWTON_PER_METRE,
     NEWTON_SECOND_PER_METRE, Unit,
 };
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
 use std::io;
 use std::sync::LazyLock;
 
@@ -213,9 +212,8 @@ pub static VARIABLES: [Variable; 11] = [
 
 /// The description and its GUID.
 static DESCRIPTION: LazyLock<(String, String)> = LazyLock::new(|| {
-    let text = write().expect("writing to memory cannot fail");
-    let guid = guid_of(&text);
-    (text.replacen(PLACEHOLDER, &guid, 1), guid)
+    let about = "Belt drive: a motor pulls an elastic belt that friction brakes";
+    document(IDENTIFIER, about, 0, content)
 });
 
 /// The text of modelDescription.xml.
@@ -233,74 +231,34 @@ pub fn index_of_reference(reference: u32) -> Option<usize> {
     VARIABLES.iter().position(|v| v.reference == reference)
 }
 
-fn write() -> io::Result<String> {
+fn content(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
     let used: Vec<Unit> = beam_physics::unit::ALL
         .iter()
         .copied()
         .filter(|unit| VARIABLES.iter().any(|v| v.unit == *unit))
         .collect();
-    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
-    writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    writer
-        .create_element("fmiModelDescription")
+    co_simulation(w, IDENTIFIER, false)?;
+    units(w, &used)?;
+    w.create_element("TypeDefinitions")
+        .write_inner_content(|w| real_types(w, &used))?;
+    log_categories(w)?;
+    w.create_element("DefaultExperiment")
         .with_attributes([
-            ("fmiVersion", "2.0"),
-            ("modelName", IDENTIFIER),
-            ("guid", PLACEHOLDER),
-            (
-                "description",
-                "Belt drive: a motor pulls an elastic belt that friction brakes",
-            ),
-            ("version", env!("CARGO_PKG_VERSION")),
-            ("license", env!("CARGO_PKG_LICENSE")),
-            (
-                "generationTool",
-                concat!("beam-model-description ", env!("CARGO_PKG_VERSION")),
-            ),
-            ("variableNamingConvention", "structured"),
-            ("numberOfEventIndicators", "0"),
+            ("startTime", "0.0"),
+            ("stopTime", "2.0"),
+            ("stepSize", "1e-4"),
         ])
-        .write_inner_content(|w| {
-            w.create_element("CoSimulation")
-                .with_attributes([
-                    ("modelIdentifier", IDENTIFIER),
-                    ("needsExecutionTool", "false"),
-                    ("canBeInstantiatedOnlyOncePerProcess", "false"),
-                    ("canNotUseMemoryManagementFunctions", "true"),
-                    ("canGetAndSetFMUstate", "true"),
-                    ("canSerializeFMUstate", "true"),
-                    ("providesDirectionalDerivative", "false"),
-                    ("canHandleVariableCommunicationStepSize", "true"),
-                    ("canInterpolateInputs", "true"),
-                    ("maxOutputDerivativeOrder", "1"),
-                    ("canRunAsynchronuously", "false"),
-                ])
-                .write_empty()?;
-            units(w, &used)?;
-            w.create_element("TypeDefinitions")
-                .write_inner_content(|w| real_types(w, &used))?;
-            log_categories(w)?;
-            w.create_element("DefaultExperiment")
-                .with_attributes([
-                    ("startTime", "0.0"),
-                    ("stopTime", "2.0"),
-                    ("stepSize", "1e-4"),
-                ])
-                .write_empty()?;
-            w.create_element("ModelVariables")
-                .write_inner_content(|w| VARIABLES.iter().try_for_each(|v| scalar(w, v)))?;
-            structure(w)
-        })?;
-    let mut text = String::from_utf8(writer.into_inner()).expect("the writer writes UTF-8");
-    text.push('\n');
-    Ok(text)
+        .write_empty()?;
+    w.create_element("ModelVariables")
+        .write_inner_content(|w| VARIABLES.iter().try_for_each(|v| scalar(w, v)))?;
+    structure(w)
 }
 
 fn scalar(w: &mut Writer<Vec<u8>>, variable: &Variable) -> io::Result<()> {
     let (causality, variability, initial) = match variable.causality {
-        Causality::Input => ("input", Variability::Continuous, None),
-        Causality::Parameter => ("parameter", Variability::Fixed, Some(Initial::Exact)),
-        _ => ("output", Variability::Continuous, Some(Initial::Calculated)),
+        Causality::Input => ("input", "continuous", None),
+        Causality::Parameter => ("parameter", "fixed", Some("exact")),
+        _ => ("output", "continuous", Some("calculated")),
     };
     let reference = variable.reference.to_string();
     let mut attributes = vec![
@@ -308,19 +266,9 @@ fn scalar(w: &mut Writer<Vec<u8>>, variable: &Variable) -> io::Result<()> {
         ("valueReference", &reference),
         ("description", variable.description),
         ("causality", causality),
-        (
-            "variability",
-            match variability {
-                Variability::Fixed => "fixed",
-                _ => "continuous",
-            },
-        ),
+        ("variability", variability),
     ];
-    match initial {
-        Some(Initial::Exact) => attributes.push(("initial", "exact")),
-        Some(Initial::Calculated) => attributes.push(("initial", "calculated")),
-        None => {}
-    }
+    attributes.extend(initial.map(|value| ("initial", value)));
     w.create_element("ScalarVariable")
         .with_attributes(attributes)
         .write_inner_content(|w| {

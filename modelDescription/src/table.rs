@@ -392,13 +392,7 @@ fn whole(table: &mut Vec<Variable>, energies: usize) {
 fn modes(table: &mut Vec<Variable>) {
     let nominal = Beam::default();
     let first = nominal.modes();
-    let all = Beam::from_frequencies(
-        &[first[0].frequency, first[1].frequency],
-        &[first[0].damping_ratio, first[1].damping_ratio],
-        first[0].mass,
-        MAX_MODES,
-    )
-    .expect("nominal data are valid");
+    let all = Beam::nominal(MAX_MODES);
     table.push(
         parameter(
             100,

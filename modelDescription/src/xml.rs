@@ -10,11 +10,26 @@ use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::io;
 
 /// Stands for the GUID while the text is hashed.
-pub(crate) const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
+const PLACEHOLDER: &str = "{00000000-0000-0000-0000-000000000000}";
 
 /// The description for given start values (in the order of the layout), and its GUID.
 pub fn generate(layout: &Layout, starts: &[Option<f64>]) -> (String, String) {
-    let text = write(layout, starts).expect("writing to memory cannot fail");
+    let about = "Elastic beam rubbed by a moving belt: stick and slip (Stelter 1992)";
+    let indicators = beam_physics::hybrid::EVENT_FUNCTIONS;
+    document(MODEL_IDENTIFIER, about, indicators, |w| {
+        content(w, layout, starts)
+    })
+}
+
+/// A description with what `content` writes into its root, and its GUID, which is made from the text.
+pub(crate) fn document(
+    name: &str,
+    about: &str,
+    event_indicators: usize,
+    content: impl FnOnce(&mut Writer<Vec<u8>>) -> io::Result<()>,
+) -> (String, String) {
+    let text =
+        write(name, about, event_indicators, content).expect("writing to memory cannot fail");
     let guid = guid_of(&text);
     (text.replacen(PLACEHOLDER, &guid, 1), guid)
 }
@@ -36,19 +51,21 @@ pub fn guid_of(text: &str) -> String {
     )
 }
 
-fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
+fn write(
+    name: &str,
+    about: &str,
+    event_indicators: usize,
+    content: impl FnOnce(&mut Writer<Vec<u8>>) -> io::Result<()>,
+) -> io::Result<String> {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     writer
         .create_element("fmiModelDescription")
         .with_attributes([
             ("fmiVersion", "2.0"),
-            ("modelName", MODEL_IDENTIFIER),
+            ("modelName", name),
             ("guid", PLACEHOLDER),
-            (
-                "description",
-                "Elastic beam rubbed by a moving belt: stick and slip (Stelter 1992)",
-            ),
+            ("description", about),
             ("version", env!("CARGO_PKG_VERSION")),
             ("license", env!("CARGO_PKG_LICENSE")),
             (
@@ -58,62 +75,70 @@ fn write(layout: &Layout, starts: &[Option<f64>]) -> io::Result<String> {
             ("variableNamingConvention", "structured"),
             (
                 "numberOfEventIndicators",
-                beam_physics::hybrid::EVENT_FUNCTIONS.to_string().as_str(),
+                event_indicators.to_string().as_str(),
             ),
         ])
-        .write_inner_content(|w| {
-            interfaces(w)?;
-            let used = used_units(layout);
-            units(w, &used)?;
-            types(w, &used)?;
-            log_categories(w)?;
-            w.create_element("DefaultExperiment")
-                .with_attributes([
-                    ("startTime", "0.0"),
-                    ("stopTime", "2.0"),
-                    (
-                        "tolerance",
-                        format!("{:?}", beam_physics::simulate::DEFAULT_TOLERANCE).as_str(),
-                    ),
-                    ("stepSize", "1e-4"),
-                ])
-                .write_empty()?;
-            w.create_element("VendorAnnotations")
-                .write_inner_content(|w| annotation::write(w, layout))?;
-            w.create_element("ModelVariables")
-                .write_inner_content(|w| {
-                    let variables = layout.variables().iter();
-                    for (i, (variable, start)) in variables.zip(starts).enumerate() {
-                        w.write_event(Event::Comment(BytesText::new(&format!(" {} ", i + 1))))?;
-                        scalar_variable(w, layout, variable, *start)?;
-                    }
-                    Ok(())
-                })?;
-            structure::write(w, layout)
-        })?;
+        .write_inner_content(content)?;
     let mut text = String::from_utf8(writer.into_inner()).expect("the writer writes UTF-8");
     text.push('\n');
     Ok(text)
 }
 
-/// What both interfaces offer.
-const COMMON: [(&str, &str); 7] = [
-    ("modelIdentifier", MODEL_IDENTIFIER),
-    ("needsExecutionTool", "false"),
-    ("canBeInstantiatedOnlyOncePerProcess", "false"),
-    ("canNotUseMemoryManagementFunctions", "true"),
-    ("canGetAndSetFMUstate", "true"),
-    ("canSerializeFMUstate", "true"),
-    ("providesDirectionalDerivative", "true"),
-];
-
-fn interfaces(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
-    w.create_element("ModelExchange")
-        .with_attributes(COMMON)
-        .with_attribute(("completedIntegratorStepNotNeeded", "true"))
+fn content(w: &mut Writer<Vec<u8>>, layout: &Layout, starts: &[Option<f64>]) -> io::Result<()> {
+    interfaces(w)?;
+    let used = used_units(layout);
+    units(w, &used)?;
+    types(w, &used)?;
+    log_categories(w)?;
+    w.create_element("DefaultExperiment")
+        .with_attributes([
+            ("startTime", "0.0"),
+            ("stopTime", "2.0"),
+            (
+                "tolerance",
+                format!("{:?}", beam_physics::simulate::DEFAULT_TOLERANCE).as_str(),
+            ),
+            ("stepSize", "1e-4"),
+        ])
         .write_empty()?;
+    w.create_element("VendorAnnotations")
+        .write_inner_content(|w| annotation::write(w, layout))?;
+    w.create_element("ModelVariables")
+        .write_inner_content(|w| {
+            let variables = layout.variables().iter();
+            for (i, (variable, start)) in variables.zip(starts).enumerate() {
+                w.write_event(Event::Comment(BytesText::new(&format!(" {} ", i + 1))))?;
+                scalar_variable(w, layout, variable, *start)?;
+            }
+            Ok(())
+        })?;
+    structure::write(w, layout)
+}
+
+/// What both interfaces of a model offer.
+fn common(identifier: &str, directional: bool) -> [(&str, &str); 7] {
+    [
+        ("modelIdentifier", identifier),
+        ("needsExecutionTool", "false"),
+        ("canBeInstantiatedOnlyOncePerProcess", "false"),
+        ("canNotUseMemoryManagementFunctions", "true"),
+        ("canGetAndSetFMUstate", "true"),
+        ("canSerializeFMUstate", "true"),
+        (
+            "providesDirectionalDerivative",
+            if directional { "true" } else { "false" },
+        ),
+    ]
+}
+
+/// The element of co-simulation.
+pub(crate) fn co_simulation(
+    w: &mut Writer<Vec<u8>>,
+    identifier: &str,
+    directional: bool,
+) -> io::Result<()> {
     w.create_element("CoSimulation")
-        .with_attributes(COMMON)
+        .with_attributes(common(identifier, directional))
         .with_attributes([
             ("canHandleVariableCommunicationStepSize", "true"),
             ("canInterpolateInputs", "true"),
@@ -122,6 +147,14 @@ fn interfaces(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
         ])
         .write_empty()?;
     Ok(())
+}
+
+fn interfaces(w: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    w.create_element("ModelExchange")
+        .with_attributes(common(MODEL_IDENTIFIER, true))
+        .with_attribute(("completedIntegratorStepNotNeeded", "true"))
+        .write_empty()?;
+    co_simulation(w, MODEL_IDENTIFIER, true)
 }
 
 /// Units in use: first those of the physics' list in its order, then those that users' effects bring.

@@ -53,6 +53,18 @@ pub fn environment(name: &str, requirements: &str) -> PathBuf {
     programs
 }
 
+/// What the validators of FMPy and of the FMU manipulation toolbox say of an FMU.
+pub fn validators(fmu: &Path) -> [String; 2] {
+    let validate = run(Command::new(programs().join("fmpy"))
+        .arg("validate")
+        .arg(fmu));
+    let check = run(Command::new(programs().join("fmutool"))
+        .arg("-input")
+        .arg(fmu)
+        .arg("-check"));
+    [validate, check]
+}
+
 /// Runs a program to its end and gives what it has printed; fails the test where it fails.
 pub fn run(command: &mut Command) -> String {
     let out = command

@@ -56,8 +56,7 @@ impl Default for Beam {
     /// The nominal beam: 80 and 510 Hz, D = 0.00015 and 0.00085 (measured in Stelter 1992,
     /// section 2), modal mass 0.427 kg, tip values +2 and -2.
     fn default() -> Self {
-        Self::from_frequencies(&[80.0, 510.0], &[0.000_15, 0.000_85], 0.427, 2)
-            .expect("nominal data are valid")
+        Self::nominal(2)
     }
 }
 
@@ -107,6 +106,16 @@ impl Beam {
             modes: all,
             count: modes.len(),
         })
+    }
+
+    /// The nominal beam ([`Beam::default`]) with `count` modes, 1 to [`MAX_MODES`], continued as in
+    /// [`Beam::from_frequencies`].
+    ///
+    /// # Panics
+    /// With any other number of modes.
+    pub fn nominal(count: usize) -> Self {
+        Self::from_frequencies(&[80.0, 510.0], &[0.000_15, 0.000_85], 0.427, count)
+            .expect("nominal data are valid")
     }
 
     /// A cantilever with the eigenfunctions of eq. (6): all modal masses are `mass` (= rho A l),

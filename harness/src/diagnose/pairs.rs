@@ -83,13 +83,13 @@ pub(super) fn other_forms(
                 continue;
             }
             // A search adds the last effect of its list.
-            let mut jobs = pair.choices.clone();
-            jobs.remove(place);
-            jobs.push(form.clone());
-            for found in screen.compete(&[jobs], pair, BRIEF, watch)? {
+            let mut job = pair.choices.clone();
+            job.remove(place);
+            job.push(form.clone());
+            for found in screen.compete(&[job], pair, BRIEF, watch)? {
                 let mut choices = pair.choices.clone();
                 choices[place] = form.clone();
-                out.push(screen.reordered(&found, choices)?);
+                out.push(screen.reordered(&found, &choices)?);
             }
         }
     }

@@ -95,8 +95,6 @@ pub struct Predictor<'a> {
     reach: Vec<f64>,
     /// Time in s at which the last prediction ended.
     now: f64,
-    /// Runs of the FMU so far.
-    pub count: u64,
 }
 
 impl<'a> Predictor<'a> {
@@ -119,7 +117,6 @@ impl<'a> Predictor<'a> {
             values: Vec::new(),
             reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
             now: 0.0,
-            count: 0,
         })
     }
 
@@ -195,7 +192,6 @@ impl<'a> Predictor<'a> {
         stride: usize,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
-        self.count += 1;
         // Time of the campaign's runs counts from their own first sample.
         let origin = self.runs[shot.run].time[0];
         let mut t = shot.time[0] - origin;

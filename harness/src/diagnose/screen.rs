@@ -150,13 +150,7 @@ impl<'a> Screen<'a> {
             return Ok(());
         }
         watch.step("fitting the best candidates further", 0, 1);
-        let polished = parallel(&wanted, |&i| {
-            let old = &contenders[i];
-            let start = old.trial.fit.point.clone();
-            let mut trial = self.refit(&old.choices, start, POLISH)?;
-            trial.simulations += old.trial.simulations;
-            self.contender(old.choices.clone(), trial)
-        })?;
+        let polished = parallel(&wanted, |&i| self.further(&contenders[i], POLISH))?;
         for (i, new) in wanted.into_iter().zip(polished) {
             if new.score(self.samples) < contenders[i].score(self.samples) {
                 contenders[i] = new;
@@ -172,12 +166,7 @@ impl<'a> Screen<'a> {
     /// An FMU that can't be run.
     pub fn freed(&self, held: &[Contender]) -> Result<Vec<Contender>, Error> {
         let best = &held[..held.len().min(FREED)];
-        let mut freed = parallel(best, |old| {
-            let start = old.trial.fit.point.clone();
-            let mut trial = self.refit(&old.choices, start, FREE)?;
-            trial.simulations += old.trial.simulations;
-            self.contender(old.choices.clone(), trial)
-        })?;
+        let mut freed = parallel(best, |old| self.further(old, FREE))?;
         self.sort(&mut freed);
         Ok(freed)
     }
@@ -192,8 +181,7 @@ impl<'a> Screen<'a> {
         let retried = parallel(&leaders, |single| {
             let h = self.session.hypothesis(&base.choices)?;
             let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
-            let trial = self.refit(&base.choices, start, RETRY)?;
-            self.contender(base.choices.clone(), trial)
+            self.refit(&base.choices, start, RETRY)
         })?;
         let mut best = base;
         for retry in retried {
@@ -232,29 +220,36 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub fn refit_of(&self, contender: &Contender) -> Result<Contender, Error> {
-        let start = contender.trial.fit.point.clone();
-        let trial = self.refit(&contender.choices, start, RETRY)?;
-        self.contender(contender.choices.clone(), trial)
+        self.further(contender, RETRY)
+    }
+
+    fn further(&self, old: &Contender, iterations: usize) -> Result<Contender, Error> {
+        self.refit(&old.choices, old.trial.fit.point.clone(), iterations)
     }
 
     /// A contender fitted further with its effects in another order.
     ///
     /// # Errors
     /// An FMU that can't be run.
-    pub fn reordered(&self, found: &Contender, choices: Vec<Choice>) -> Result<Contender, Error> {
-        let h = self.session.hypothesis(&choices)?;
+    pub fn reordered(&self, found: &Contender, choices: &[Choice]) -> Result<Contender, Error> {
+        let h = self.session.hypothesis(choices)?;
         let centre = Point::centre(&h, &self.shots);
         let start = search::widen(&found.trial, &h, &centre);
-        let trial = self.refit(&choices, start, POLISH)?;
-        self.contender(choices, trial)
+        self.refit(choices, start, POLISH)
     }
 
-    fn refit(&self, choices: &[Choice], start: Point, iterations: usize) -> Result<Trial, Error> {
+    fn refit(
+        &self,
+        choices: &[Choice],
+        start: Point,
+        iterations: usize,
+    ) -> Result<Contender, Error> {
         let effort = Effort {
             patience: 2,
             ..search::effort(iterations)
         };
         let h = self.session.hypothesis(choices)?;
-        search::settled(self.session, h, &self.shots, start, effort)
+        let trial = search::settled(self.session, h, &self.shots, start, effort)?;
+        self.contender(choices.to_vec(), trial)
     }
 }

@@ -32,8 +32,6 @@ pub struct Trial {
     pub hypothesis: Hypothesis,
     /// The fit.
     pub fit: Fit,
-    /// Runs of the FMU that it took.
-    pub simulations: u64,
 }
 
 /// The effort of a search.
@@ -96,12 +94,7 @@ pub fn from_nested(
     let mut predictor = session.predictor(&hypothesis)?;
     let off = switched_off(session, &hypothesis, base, shots);
     let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(BRIEF.look)).run(off);
-    let simulations = predictor.count;
-    Ok(Trial {
-        hypothesis,
-        fit,
-        simulations,
-    })
+    Ok(Trial { hypothesis, fit })
 }
 
 /// Fits a hypothesis from `start`: its start states first, then all.
@@ -120,12 +113,7 @@ pub fn settled(
     let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, effort);
     let settled = fitter.settle(start);
     let fit = fitter.run(settled.point);
-    let simulations = predictor.count;
-    Ok(Trial {
-        hypothesis,
-        fit,
-        simulations,
-    })
+    Ok(Trial { hypothesis, fit })
 }
 
 /// How thorough a search is.
@@ -328,12 +316,7 @@ pub fn search(
         keep_better(&mut best, fit);
     }
     let fit = best.expect("there is at least one start");
-    let simulations = predictor.count;
-    Ok(Trial {
-        hypothesis,
-        fit,
-        simulations,
-    })
+    Ok(Trial { hypothesis, fit })
 }
 
 /// The fit of the reference model itself, held to what is believed of it in the first look and, by `belief`, after.
@@ -363,12 +346,7 @@ pub fn baseline(session: &Session, shots: &[Shot], belief: f64) -> Result<Trial,
     );
     let settled = fitter.settle(seen.point);
     let fit = fitter.run(settled.point);
-    let simulations = predictor.count;
-    Ok(Trial {
-        hypothesis,
-        fit,
-        simulations,
-    })
+    Ok(Trial { hypothesis, fit })
 }
 
 /// The point of a smaller hypothesis that a larger one's point is without what it adds: shared and own knobs and

@@ -77,7 +77,8 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     };
     // Values of its own along each run imitate much: that alone does not end the search.
     let settled = |singles: &[Contender], calibrated: &Contender| {
-        at_floor(singles, calibrated) && (calibrated.reaches_floor() || !singles[0].is_local())
+        let first = singles.first();
+        calibrated.reaches_floor() || first.is_some_and(|s| s.reaches_floor() && !s.is_local())
     };
     if !settled(&singles, &calibrated) {
         screen.polish(&mut singles, watch)?;

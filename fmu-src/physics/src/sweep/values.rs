@@ -49,13 +49,7 @@ impl Default for Values {
     fn default() -> Self {
         let nominal = Beam::default();
         let first = nominal.modes();
-        let all = Beam::from_frequencies(
-            &[first[0].frequency, first[1].frequency],
-            &[first[0].damping_ratio, first[1].damping_ratio],
-            first[0].mass,
-            MAX_MODES,
-        )
-        .expect("nominal data are valid");
+        let all = Beam::nominal(MAX_MODES);
         let eq7 = Exponential::default();
         // Dense where eq. (7) falls, rounded as in the FMU's description.
         let share = |row: usize| row as f64 / (MAX_TABLE - 1) as f64;
