@@ -24,6 +24,10 @@ struct Enabled {
     first_state: usize,
     /// First of the effect's registers in power series.
     first_register: usize,
+    /// Whether it has a factor on the friction force in power series, ...
+    has_factor: bool,
+    /// ... and one on the static limit.
+    has_static_factor: bool,
     /// States inside the modal block are integrated as modes, not by the effect.
     is_mode: bool,
 }
@@ -121,6 +125,8 @@ impl Model {
                     effect,
                     first_state: 2 * before,
                     first_register: 0,
+                    has_factor: false,
+                    has_static_factor: false,
                     is_mode,
                 });
             }
@@ -140,6 +146,8 @@ impl Model {
                 effect: Box::new(user.compile()?),
                 first_state: 0,
                 first_register: 0,
+                has_factor: false,
+                has_static_factor: false,
                 is_mode: false,
             });
         }
@@ -253,7 +261,7 @@ impl Model {
 
     fn belt_give(&self, x: &State) -> BeltGive {
         let mut give = BeltGive::default();
-        for e in self.effects.iter() {
+        for e in self.effects.iter().filter(|e| !e.states.is_empty()) {
             let part = e.effect.belt_give(self.states(e, x));
             give.displacement += part.displacement;
             give.velocity += part.velocity;

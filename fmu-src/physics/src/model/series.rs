@@ -4,6 +4,7 @@ mod base;
 mod full;
 
 use super::{Enabled, Model};
+use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
 use crate::effects::series::Series;
 use crate::friction::FrictionLaw;
@@ -30,9 +31,12 @@ pub(super) fn exponential_sum(
     let (mut registers, mut factors) = (0, 0);
     for e in effects {
         let series = e.effect.series()?;
+        let (count, has_factor) = (series.register_count(), series.has_factor());
+        let has_static_factor = series.has_static_factor();
+        (e.has_factor, e.has_static_factor) = (has_factor, has_static_factor);
         e.first_register = registers;
-        registers += series.register_count();
-        factors += usize::from(series.has_factor());
+        registers += count;
+        factors += usize::from(has_factor);
     }
     let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS;
     law.exponential_sum().filter(|_| fits)
@@ -108,7 +112,7 @@ impl Model {
         let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
         taylor::expand(&mut system, degree, segment);
         let reach = taylor::reach(segment, tolerance, scales);
-        system.advance(degree, &segment.coefficients);
+        system.advance(degree, &segment.coefficients, &mut [0.0; MAX_MODES]);
         self.checked(&system, degree, reach, tolerance)
     }
 
@@ -117,7 +121,7 @@ impl Model {
         let law = self.exponential_sum.as_ref()?;
         let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
         for k in 0..=segment.degree {
-            system.advance(k, &segment.coefficients);
+            system.advance(k, &segment.coefficients, &mut [0.0; MAX_MODES]);
         }
         self.checked(&system, segment.degree, 1.0, ROUNDING)
     }

@@ -96,16 +96,21 @@ impl<'a> FullSeries<'a> {
         give
     }
 
-    /// Works out everything of power `k` from the states; gives the modal accelerations in m/s^2.
-    pub(super) fn advance(&mut self, k: usize, states: &[State]) -> [f64; MAX_MODES] {
+    /// Works out everything of power `k` from the states; adds the modal accelerations in m/s^2.
+    #[inline]
+    pub(super) fn advance(
+        &mut self,
+        k: usize,
+        states: &[State],
+        acceleration: &mut [f64; MAX_MODES],
+    ) {
         let (model, x) = (self.model, &states[k]);
         let give = self.observe(k, x);
-        let mut acceleration = [0.0; MAX_MODES];
         let mut tip_force = 0.0;
         for (e, series) in model.effects.iter().filter_map(with_series) {
             let registers = &mut self.registers[e.first_register..];
             tip_force += series.tip_force(k, &self.motion, registers);
-            series.add_modal_acceleration(k, &self.motion, states, registers, &mut acceleration);
+            series.add_modal_acceleration(k, &self.motion, states, registers, acceleration);
         }
         let mut free = 0.0;
         for j in 0..model.mode_count {
@@ -130,7 +135,6 @@ impl<'a> FullSeries<'a> {
         for j in 0..model.mode_count {
             acceleration[j] += model.gain[j] * self.force[k];
         }
-        acceleration
     }
 
     /// Coefficient of friction in slip, from the speed at which the law is evaluated.
@@ -139,6 +143,7 @@ impl<'a> FullSeries<'a> {
         let argument = model
             .effects
             .iter()
+            .filter(|e| !e.states.is_empty())
             .find_map(|e| e.effect.lagged_speed(model.states(e, x)))
             .unwrap_or(self.motion.speed[k]);
         if k == 0 {
@@ -164,10 +169,10 @@ impl<'a> FullSeries<'a> {
         self.factor_count = 0;
         for (e, series) in model.effects.iter().filter_map(with_series) {
             let registers = &mut self.registers[e.first_register..];
-            if series.has_factor() {
+            if e.has_factor {
                 let factor = series.factor(k, &self.motion, registers);
                 self.multiply(k, factor);
-            } else if stuck && series.has_static_factor() {
+            } else if stuck && e.has_static_factor {
                 let factor = series.static_factor(k, &self.motion, registers);
                 self.multiply(k, factor);
             }
@@ -228,7 +233,8 @@ impl SeriesSystem for FullSeries<'_> {
         let model = self.model;
         let (known, next) = coefficients.split_at_mut(k + 1);
         let (x, next) = (&known[k], &mut next[0]);
-        let acceleration = self.advance(k, known);
+        let mut acceleration = [0.0; MAX_MODES];
+        self.advance(k, known, &mut acceleration);
         let step = self.motion.unit * RECIPROCAL[k + 1];
         for j in 0..model.mode_count {
             next[2 * j] = step * x[2 * j + 1];
