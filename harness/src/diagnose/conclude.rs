@@ -242,7 +242,12 @@ pub fn conclude(
         Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
         _ => None,
     };
-    let mut residual = super::residual::describe(session, &rungs.fit[0], &rungs.holdout[0]);
+    let mut residual = super::residual::describe(
+        session,
+        &rungs.trials[0].hypothesis,
+        &rungs.fit[0],
+        &rungs.holdout[0],
+    )?;
     if verdict == Verdict::UnknownEffect {
         residual["proposed_terms"] = super::propose::propose(session).into();
     }

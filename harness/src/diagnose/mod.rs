@@ -1,5 +1,6 @@
 //! Finds the physical effect that a model lacks, from a measured campaign.
 
+pub mod break_away;
 pub mod candidate;
 pub mod conclude;
 pub mod contender;
@@ -9,6 +10,8 @@ pub mod friction_prior;
 pub mod hypothesis;
 pub mod judge;
 pub mod knob;
+mod look;
+pub mod moment;
 pub mod next_measurement;
 mod null;
 pub mod outcome;

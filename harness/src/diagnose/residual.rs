@@ -1,18 +1,166 @@
 //! Where the calibrated model fails: by phase of the contact, operating point, frequency and place.
 
+use super::break_away;
 use super::dependence;
+use super::hypothesis::Hypothesis;
 use super::judge::Judgement;
+use super::moment::{Moment, moment};
+use super::replay::{Replay, replay};
 use super::session::Session;
+use super::unexplained::median;
+use crate::error::Error;
+use crate::metric::spectrum;
 use crate::observer::PhaseMode;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Median of the absolute value of a normal quantity of standard deviation 1.
+pub const NORMAL_MEDIAN: f64 = 0.674_49;
+/// Stretches of belt travel that each run is divided into.
+const STRETCHES: usize = 16;
 
 /// Numbers of the places where the errors sit.
-pub fn describe(session: &Session, fit: &Judgement, holdout: &Judgement) -> Value {
-    json!({
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn describe(
+    session: &Session,
+    hypothesis: &Hypothesis,
+    fit: &Judgement,
+    holdout: &Judgement,
+) -> Result<Value, Error> {
+    let replays = replays(session, hypothesis, fit, holdout)?;
+    let misses = misses(session, &replays);
+    let over_noise: Vec<Value> = spectrum_over_noise(session, &replays)
+        .into_iter()
+        .map(|(frequency, ratio)| json!({ "frequency_hz": frequency, "over_noise": ratio }))
+        .collect();
+    Ok(json!({
         "by_phase": by_phase(session, fit),
+        "by_moment": by_moment(&misses),
         "by_operating_point": by_operating_point(session, fit, holdout),
+        "by_frequency": over_noise,
+        "by_belt_position": by_belt_position(session, &misses),
         "unexplained_force": dependence::describe(session),
+        "break_away": break_away::describe(session),
+    }))
+}
+
+/// The predictions of all shots, by shot; those of runs kept out where there are both.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn replays(
+    session: &Session,
+    hypothesis: &Hypothesis,
+    fit: &Judgement,
+    holdout: &Judgement,
+) -> Result<BTreeMap<usize, Replay>, Error> {
+    let mut out = BTreeMap::new();
+    for judgement in [fit, holdout] {
+        for replayed in replay(session, hypothesis, judgement)? {
+            out.insert(replayed.shot, replayed);
+        }
+    }
+    Ok(out)
+}
+
+/// What a prediction misses at a sample.
+struct Miss {
+    run: usize,
+    moment: Moment,
+    /// Distance that belt and tip have moved against each other since the run began, in m.
+    travel: f64,
+    /// Absolute error over the noise, so scaled that its median is 1 for noise alone.
+    size: f64,
+}
+
+fn misses(session: &Session, replays: &BTreeMap<usize, Replay>) -> Vec<Miss> {
+    let mut out = Vec::new();
+    for (&index, replay) in replays {
+        let shot = &session.shots[index];
+        let run = &session.campaign.runs[shot.run];
+        let motion = &session.smoothings[shot.run].stick_slip;
+        let smoothed = &motion.smoothed;
+        let trusted = (0..shot.time.len()).filter(|&k| shot.trusted[k]);
+        for k in trusted.filter(|&k| replay.displacement[k].is_finite()) {
+            let time = shot.time[k] - run.time[0];
+            let slot = (time / smoothed.sample_interval).round() as usize;
+            let slot = slot.min(smoothed.force.len() - 1);
+            let speeding_up = motion.relative_velocity[slot] * smoothed.acceleration[slot] > 0.0;
+            let moved = smoothed.displacement[slot] - smoothed.displacement[0];
+            let error = (shot.measured[k] - replay.displacement[k]).abs();
+            out.push(Miss {
+                run: shot.run,
+                moment: moment(&motion.phases, time, speeding_up),
+                travel: run.belt_velocity * time - moved,
+                size: error / session.noise[shot.run] / NORMAL_MEDIAN,
+            });
+        }
+    }
+    out
+}
+
+fn middle<'a>(misses: impl Iterator<Item = &'a Miss>) -> f64 {
+    median(&mut misses.map(|m| m.size).collect::<Vec<f64>>())
+}
+
+fn by_moment(misses: &[Miss]) -> Value {
+    let of = |moments: &[Moment]| middle(misses.iter().filter(|m| moments.contains(&m.moment)));
+    json!({
+        "stick": of(&[Moment::Stick]),
+        "break_away": of(&[Moment::BreakAway]),
+        "slip": of(&[Moment::Accelerating, Moment::Decelerating]),
+        "arrival": of(&[Moment::Arrival]),
+        "unit": "median error of the samples over noise",
     })
+}
+
+fn by_belt_position(session: &Session, misses: &[Miss]) -> Vec<Value> {
+    let mut out = Vec::new();
+    for (r, run) in session.campaign.runs.iter().enumerate() {
+        let (low, high) = session.travel[r];
+        let width = (high - low) / STRETCHES as f64;
+        for i in 0..STRETCHES {
+            let (from, to) = (low + width * i as f64, low + width * (i + 1) as f64);
+            let here = |m: &&Miss| m.run == r && (from..to).contains(&m.travel);
+            let over_noise = middle(misses.iter().filter(here));
+            if over_noise.is_finite() {
+                out.push(json!({ "file": run.name, "from_m": from, "to_m": to, "over_noise": over_noise }));
+            }
+        }
+    }
+    out
+}
+
+/// Median over the shots of the residual's amplitude at each frequency in Hz, over that of white noise. Frequencies are
+/// binned by one over the horizon, so that runs with different sampling meet.
+pub fn spectrum_over_noise(
+    session: &Session,
+    replays: &BTreeMap<usize, Replay>,
+) -> Vec<(f64, f64)> {
+    let mut amplitudes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for (&k, replay) in replays {
+        let shot = &session.shots[k];
+        let pairs = shot.measured.iter().zip(&replay.displacement);
+        let residual: Vec<f64> = pairs.map(|(m, p)| m - p).collect();
+        if shot.count < shot.time.len() || residual.iter().any(|r| !r.is_finite()) {
+            continue;
+        }
+        let interval = session.campaign.runs[shot.run].sample_interval();
+        let found = spectrum(&residual, interval);
+        // Median amplitude that white noise has in this spectrum (Hann window, Rayleigh distribution).
+        let white =
+            session.noise[shot.run] * (6.0 / residual.len() as f64 * std::f64::consts::LN_2).sqrt();
+        for (f, a) in found.frequency.iter().zip(&found.amplitude).skip(1) {
+            let bin = (f * session.horizon).round() as u32;
+            amplitudes.entry(bin).or_default().push(a / white);
+        }
+    }
+    amplitudes
+        .into_iter()
+        .map(|(bin, mut ratios)| (f64::from(bin) / session.horizon, median(&mut ratios)))
+        .collect()
 }
 
 /// Mean error over the noise of shots by what their run does most, and by the share of stick in the shot.

@@ -1,5 +1,6 @@
 //! A diagnosis in words: the summary, and remarks on the data.
 
+use super::break_away::{self, BreakAways};
 use super::contender::FLOOR_COLOUR;
 use super::outcome::{FoundEffect, Rung, Verdict};
 use super::search::Trial;
@@ -29,7 +30,7 @@ pub(super) fn remarks(session: &Session, trial: &Trial, selection: &Selection) -
     for (run, smoothing) in runs.iter().zip(&session.smoothings) {
         if smoothing.cycle.is_nan() {
             out.push(format!(
-                "{}: no stick-slip cycles seen; this run says little about static friction.",
+                "{}: no stick-slip cycles seen; this run says nothing of static friction, of how it ages, or of how break-away depends on the place.",
                 run.name
             ));
         }
@@ -85,6 +86,38 @@ fn helps(session: &Session, calibrated: &Rung, last: &Rung) -> String {
         100.0 * overall,
         runs.join(", ")
     )
+}
+
+/// Fall of the error of predicting break-aways that is worth a word.
+const FORETELLS: f64 = 0.2;
+
+/// What the break-aways of a campaign depend on that no effect explains; empty where nothing foretells them.
+fn break_aways(session: &Session) -> String {
+    let all = break_away::describe(session);
+    let list = |fall: fn(&BreakAways) -> f64| {
+        let runs = all.iter().filter(|b| fall(b) >= FORETELLS);
+        let named = runs.map(|b| format!("{} {:.0} %", b.file, 100.0 * fall(b)));
+        named.collect::<Vec<String>>().join(", ")
+    };
+    let by_place = list(|b| b.fall_by_place);
+    let by_dwell = list(|b| b.fall_by_dwell);
+    let foretold = list(|b| b.fall_by_dwell_foretold);
+    let mut out = String::new();
+    if !by_place.is_empty() {
+        out += &format!(
+            " The force at break-away depends on the place on the belt (or on time, where each place is passed once): knowing it removes {by_place} of the error of predicting it from the others of the run."
+        );
+    }
+    if !foretold.is_empty() {
+        out += &format!(
+            " It grows with the dwell that the beginning of a stick foretells ({foretold}), as ageing has it."
+        );
+    } else if !by_dwell.is_empty() {
+        out += &format!(
+            " It grows with the dwell ({by_dwell}), but a high threshold makes a long stick by itself, and what is known at the beginning of a stick does not foretell it: that contacts age can't be concluded."
+        );
+    }
+    out
 }
 
 /// Errors below this many times the noise look like noise by their size.
@@ -151,9 +184,10 @@ pub(super) fn words(
                 String::new()
             };
             format!(
-                "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.{near}{}",
+                "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.{near}{}{}",
                 calibrated.holdout_over_noise,
-                helps(session, calibrated, last)
+                helps(session, calibrated, last),
+                break_aways(session)
             )
         }
     }

@@ -1,10 +1,11 @@
 //! The contact force that the measurement implies, and the part of it that the models do not explain.
 
 use super::residual_map::quartiles;
-use super::samples::{Moment, Sample};
+use super::samples::Sample;
 use super::statistics::{bins, median, thinned};
 use super::views::COLOURS;
 use super::{Material, side_by_side};
+use crate::diagnose::moment::Moment;
 use crate::observer::{Contact, NormalForce, break_away};
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 

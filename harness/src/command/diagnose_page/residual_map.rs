@@ -1,17 +1,12 @@
 //! Where the predictions fail: moment of the cycle, time since the start of a prediction, frequency.
 
-use std::collections::BTreeMap;
-
+use super::Material;
 use super::ladder::dumbbells;
-use super::samples::Moment;
 use super::statistics::{Bins, bins, median, stretches};
 use super::views::COLOURS;
-use super::{Material, scaled};
-use crate::metric::spectrum;
+use crate::diagnose::moment::Moment;
+use crate::diagnose::residual::{NORMAL_MEDIAN, spectrum_over_noise};
 use crate::report::{Axis, Colour, Page, Plot};
-
-/// Median of the absolute value of a normal quantity of standard deviation 1.
-const NORMAL_MEDIAN: f64 = 0.674_49;
 
 /// The first part of the section.
 pub fn section(page: Page, material: &Material) -> Page {
@@ -118,42 +113,11 @@ fn residual_spectrum(material: &Material) -> Option<Plot> {
     .size(1240.0, 340.0);
     let mut any = false;
     for (view, colour) in material.views.pair.iter().zip(COLOURS) {
-        // Frequencies are binned by 1/horizon, so that runs with different sampling meet.
-        let mut amplitudes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        for (&k, replay) in &view.replays {
-            let shot = &session.shots[k];
-            let residual: Vec<f64> = shot
-                .measured
-                .iter()
-                .zip(&replay.displacement)
-                .map(|(m, p)| m - p)
-                .collect();
-            if shot.count < shot.time.len() || residual.iter().any(|r| !r.is_finite()) {
-                continue;
-            }
-            let found = spectrum(&residual, session.campaign.runs[shot.run].sample_interval());
-            // Median amplitude that white noise has in this spectrum (Hann window, Rayleigh distribution).
-            let white = session.noise[shot.run]
-                * (6.0 / residual.len() as f64 * std::f64::consts::LN_2).sqrt();
-            for (f, a) in found.frequency.iter().zip(&found.amplitude).skip(1) {
-                amplitudes
-                    .entry((f * session.horizon).round() as u32)
-                    .or_default()
-                    .push(a / white);
-            }
-        }
-        let frequency: Vec<f64> = amplitudes.keys().map(|k| f64::from(*k)).collect();
-        let level: Vec<f64> = amplitudes
-            .values()
-            .map(|v| median(v.iter().copied()))
-            .collect();
+        let (frequency, level): (Vec<f64>, Vec<f64>) = spectrum_over_noise(session, &view.replays)
+            .into_iter()
+            .unzip();
         any |= !level.is_empty();
-        plot = plot.line(
-            &view.name,
-            colour,
-            &scaled(&frequency, 1.0 / session.horizon),
-            &level,
-        );
+        plot = plot.line(&view.name, colour, &frequency, &level);
     }
     for (name, value) in &modes {
         plot = plot.upright(name, Colour::Grey, *value);

@@ -6,7 +6,8 @@ use super::samples::{Sample, samples};
 use crate::diagnose::conclude::Rungs;
 use crate::diagnose::judge::Judgement;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
-use crate::diagnose::replay::{Replay, replay};
+use crate::diagnose::replay::Replay;
+use crate::diagnose::residual::replays;
 use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
 use crate::error::Error;
@@ -82,13 +83,7 @@ fn view(
     fit: &Judgement,
     holdout: &Judgement,
 ) -> Result<View, Error> {
-    let mut replays = BTreeMap::new();
-    // Later ones win: a held-out prediction replaces one of the fit.
-    for judgement in [fit, holdout] {
-        for replayed in replay(session, hypothesis, judgement)? {
-            replays.insert(replayed.shot, replayed);
-        }
-    }
+    let replays = replays(session, hypothesis, fit, holdout)?;
     let by_run = fit
         .by_run
         .iter()

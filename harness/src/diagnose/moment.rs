@@ -1,0 +1,101 @@
+//! What the contact does at an instant: stick, break-away, slip, arrival.
+
+use crate::observer::{Phase, PhaseMode};
+
+/// What the contact does at a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moment {
+    /// The tip rests on the belt.
+    Stick,
+    /// Within [`MARGIN`] of a break-away.
+    BreakAway,
+    /// Slip, growing faster.
+    Accelerating,
+    /// Slip, growing slower.
+    Decelerating,
+    /// Within [`MARGIN`] of coming to rest.
+    Arrival,
+}
+
+impl Moment {
+    /// All, in the order of a cycle.
+    pub const ALL: [Moment; 5] = [
+        Moment::Stick,
+        Moment::BreakAway,
+        Moment::Accelerating,
+        Moment::Decelerating,
+        Moment::Arrival,
+    ];
+
+    /// The words for a picture.
+    pub fn name(self) -> &'static str {
+        match self {
+            Moment::Stick => "stick",
+            Moment::BreakAway => "break-away",
+            Moment::Accelerating => "slip, accelerating",
+            Moment::Decelerating => "slip, decelerating",
+            Moment::Arrival => "arrival (re-stick)",
+        }
+    }
+
+    /// Whether the smoothed force can be trusted: it can't follow the jump at a transition.
+    pub fn is_steady(self) -> bool {
+        !matches!(self, Moment::BreakAway | Moment::Arrival)
+    }
+}
+
+/// Time about a transition in s that belongs to it.
+pub const MARGIN: f64 = 5e-4;
+
+/// What the contact does at `time` in s since the run began; `speeding_up` tells the two halves of slip apart.
+pub fn moment(phases: &[Phase], time: f64, speeding_up: bool) -> Moment {
+    let at = phases.partition_point(|p| p.start <= time).max(1) - 1;
+    let sticks = |i: usize| phases.get(i).is_some_and(|p| p.mode == PhaseMode::Stick);
+    let here = &phases[at];
+    let (since, left) = (time - here.start, here.end - time);
+    let (first, last) = (at == 0, at + 1 == phases.len());
+    match sticks(at) {
+        true if !last && left < MARGIN => Moment::BreakAway,
+        true if !first && since < MARGIN => Moment::Arrival,
+        true => Moment::Stick,
+        false if !first && sticks(at - 1) && since < MARGIN => Moment::BreakAway,
+        false if !last && sticks(at + 1) && left < MARGIN => Moment::Arrival,
+        false if speeding_up => Moment::Accelerating,
+        false => Moment::Decelerating,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn phase(mode: PhaseMode, start: f64, end: f64) -> Phase {
+        Phase {
+            mode,
+            start,
+            end,
+            first: 0,
+            past: 0,
+            certainty: 1.0,
+            complete: true,
+        }
+    }
+
+    #[test]
+    fn a_cycle_has_its_moments_in_order() {
+        let phases = [
+            phase(PhaseMode::Stick, 0.0, 0.01),
+            phase(PhaseMode::BackwardSlip, 0.01, 0.02),
+            phase(PhaseMode::Stick, 0.02, 0.03),
+        ];
+        let at = |t, up| moment(&phases, t, up);
+        assert_eq!(at(0.005, true), Moment::Stick);
+        assert_eq!(at(0.0098, true), Moment::BreakAway);
+        assert_eq!(at(0.0102, true), Moment::BreakAway);
+        assert_eq!(at(0.012, true), Moment::Accelerating);
+        assert_eq!(at(0.017, false), Moment::Decelerating);
+        assert_eq!(at(0.0198, false), Moment::Arrival);
+        assert_eq!(at(0.0202, false), Moment::Arrival);
+        assert_eq!(at(0.0295, false), Moment::Stick);
+    }
+}
