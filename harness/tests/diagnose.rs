@@ -59,6 +59,36 @@ fn check_invariants(diagnosis: &Value) {
     }
 }
 
+/// Friction that is wrong over most of the belt leaves errors far above the noise: at slip, at low frequencies, along the
+/// belt. Beyond the modes' frequencies only noise is left.
+fn check_where_it_fails(residual: &Value) {
+    let slip = number(&residual["by_moment"]["slip"]);
+    assert!(slip > 2.0, "{residual:#}");
+    let spectrum = residual["by_frequency"].as_array().unwrap();
+    let level = |from: f64, to: f64| {
+        let inside = |line: &&Value| (from..to).contains(&number(&line["frequency_hz"]));
+        let lines: Vec<f64> = spectrum
+            .iter()
+            .filter(inside)
+            .map(|line| number(&line["over_noise"]))
+            .collect();
+        assert!(!lines.is_empty(), "no line from {from} to {to} Hz");
+        lines.iter().sum::<f64>() / lines.len() as f64
+    };
+    assert!(level(50.0, 1000.0) > 3.0 * level(3000.0, 5000.0));
+    let places = residual["by_belt_position"].as_array().unwrap();
+    let worst = places
+        .iter()
+        .map(|p| number(&p["over_noise"]))
+        .fold(0.0, f64::max);
+    assert!(worst > slip.min(3.0), "{worst}");
+    let runs = residual["by_operating_point"].as_array().unwrap();
+    for run in runs {
+        let of_run = places.iter().filter(|p| p["file"] == run["file"]).count();
+        assert!(of_run > 3, "{of_run} places on the belt in {}", run["file"]);
+    }
+}
+
 #[test]
 fn val_small_blind_set_is_answered_rightly() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,6 +145,7 @@ fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu
     let ladder = diagnosis["error_ladder"].as_array().unwrap();
     let error = |i: usize| number(&ladder[i]["holdout_nrmse"]);
     assert!(error(2) < 0.2 * error(1), "{ladder:#?}");
+    check_where_it_fails(&diagnosis["residual"]);
     for file in [
         "report.html",
         "model.toml",

@@ -81,6 +81,14 @@ impl Candidate {
         self.parameters.iter().position(|p| p.role == role)
     }
 
+    /// How long a search for it takes beside that for others, roughly: what is free in it, and a grid for a frequency.
+    pub fn weight(&self) -> usize {
+        const GRID: usize = 10;
+        let free = self.parameters.iter().filter(|p| p.role != Role::Setting);
+        let grid = if self.resonance().is_some() { GRID } else { 0 };
+        free.count() + self.states.len() + grid
+    }
+
     /// Index of the natural frequency in Hz, for an effect that has one and no amplitude of its own.
     pub fn resonance(&self) -> Option<usize> {
         let of_nothing = |role| self.find_role(role).is_none();

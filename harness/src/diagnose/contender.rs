@@ -3,6 +3,7 @@
 use super::hypothesis::Choice;
 use super::judge::{self, Judgement};
 use super::knob::Knob;
+use super::scan::{self, Argument};
 use super::search::Trial;
 use super::session::Session;
 use super::shot::Shot;
@@ -87,6 +88,17 @@ impl Contender {
     pub fn is_local(&self) -> bool {
         let own = &self.trial.hypothesis.own;
         own.iter().flatten().any(|k| k.support.is_some())
+    }
+
+    /// What its last effect repeats with, and the frequency in Hz or wavelength in m found; `None` if it does not repeat.
+    pub fn line(&self, session: &Session) -> Option<(Argument, f64)> {
+        let effect = &session.catalogue[self.choices.last()?.effect];
+        let (_, shape) = scan::periodic(effect)?;
+        let name = format!("{}.{}", effect.id, effect.parameters[shape].name);
+        let h = &self.trial.hypothesis;
+        let i = h.shared_index(&name)?;
+        let value = h.shared[i].value(self.trial.fit.point.shared[i]);
+        Some((scan::argument(effect)?, value))
     }
 
     /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.

@@ -44,6 +44,7 @@ pub(super) fn held(
         let first = &leader.choices[0];
         let mut jobs = with(first, list, &led);
         let mut found = screen.freed(&screen.compete(&jobs, leader, HELD, watch)?)?;
+        screen.lend_lines(&mut found, list)?;
         screen.polish(&mut found, watch)?;
         // A wrong partner that helps brings the leader near its true values: from there the right one is near.
         if let Some(best) = found
@@ -53,6 +54,7 @@ pub(super) fn held(
             jobs.retain(|choices| *choices != best.choices);
             let again = screen.compete(&jobs, best, HIDDEN, watch)?;
             screen.keep_better(&mut found, again);
+            screen.lend_lines(&mut found, list)?;
             screen.polish(&mut found, watch)?;
         }
         pairs.extend(found);

@@ -36,6 +36,9 @@ pub enum Argument {
     Travel,
 }
 
+/// Steps to each side that count as near a line.
+const NEIGHBOURS: f64 = 5.0;
+
 struct ShotNormal {
     run: usize,
     middle: f64,
@@ -43,7 +46,9 @@ struct ShotNormal {
     right: [f64; 2],
 }
 
-/// The strongest lines of a periodic effect around a fitted point; empty for other effects.
+/// The strongest lines of a periodic effect around a fitted point, all or those `near` a frequency or wavelength; empty for
+/// other effects.
+#[allow(clippy::too_many_arguments)]
 pub fn lines(
     predictor: &mut Predictor,
     h: &Hypothesis,
@@ -52,6 +57,7 @@ pub fn lines(
     point: &Point,
     stride: usize,
     most: usize,
+    near: Option<f64>,
 ) -> Vec<Line> {
     let (Some((amplitude, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
         return Vec::new();
@@ -77,9 +83,19 @@ pub fn lines(
     } else {
         (bounds.max.recip(), bounds.min.recip())
     };
-    let low = low.max(0.3 / whole);
     let coarse = 0.5 / widest;
     let fine = 0.2 / whole;
+    let (low, high) = match near {
+        None => (low.max(0.3 / whole), high),
+        Some(value) => {
+            let wave = if argument == Argument::Time {
+                value
+            } else {
+                value.recip()
+            };
+            (wave - NEIGHBOURS * fine, wave + NEIGHBOURS * fine)
+        }
+    };
     let mut probe = point.clone();
     // Weak enough to be linear.
     probe.shared[a] = 0.05 * effect.parameters[amplitude].typical;

@@ -4,6 +4,7 @@ use super::contender::{Contender, name};
 use super::fit::Effort;
 use super::hypothesis::Choice;
 use super::predictor::Point;
+use super::scan;
 use super::search::{self, Depth, Trial, baseline, search};
 use super::session::{Session, parallel};
 use super::shot::Shot;
@@ -25,6 +26,10 @@ const POLISH: usize = 14;
 const FREED: usize = 10;
 /// ... with so many Jacobians.
 const FREE: usize = 4;
+/// Contenders at whose lines the others are tried, ...
+const LENDERS: usize = 2;
+/// ... if theirs differ by more than this.
+const SAME_LINE: f64 = 2e-3;
 /// Candidates from whose optimum the reference model is fitted again.
 const RETRIES: usize = 2;
 /// Jacobians for that.
@@ -89,14 +94,21 @@ impl<'a> Screen<'a> {
         watch: &dyn Watch,
     ) -> Result<Vec<Contender>, Error> {
         let done = AtomicUsize::new(0);
-        let results = parallel(jobs, |choices| {
+        // The long ones first, so that no thread waits for the last one.
+        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
+        let weight = |choices: &Vec<Choice>| -> usize {
+            let of = |c: &Choice| self.session.catalogue[c.effect].weight();
+            choices.iter().map(of).sum()
+        };
+        jobs.sort_by_key(|choices| std::cmp::Reverse(weight(choices)));
+        let results = parallel(&jobs, |choices| {
             if watch.stop() {
                 return Ok(None);
             }
             let trial = search(self.session, choices, &self.shots, &base.trial, depth)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             watch.step(&name(self.session, choices), done, jobs.len());
-            Ok(Some(self.contender(choices.clone(), trial)?))
+            Ok(Some(self.contender(choices.to_vec(), trial)?))
         })?;
         let mut contenders: Vec<Contender> = results.into_iter().flatten().collect();
         self.sort(&mut contenders);
@@ -169,6 +181,47 @@ impl<'a> Screen<'a> {
         let mut freed = parallel(best, |old| self.further(old, FREE))?;
         self.sort(&mut freed);
         Ok(freed)
+    }
+
+    /// Lets effects that repeat with the same argument, time or place, try each other's lines: what repeats shows itself at
+    /// the same frequency whichever way it acts, but a wrong effect may find it and the right one miss it.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn lend_lines(
+        &self,
+        contenders: &mut Vec<Contender>,
+        list: &[Choice],
+    ) -> Result<(), Error> {
+        let catalogue = &self.session.catalogue;
+        let mut jobs: Vec<(usize, Vec<Choice>, f64)> = Vec::new();
+        let promising = (0..contenders.len()).filter(|&i| self.is_promising(&contenders[i]));
+        let lenders = promising.filter_map(|i| Some((i, contenders[i].line(self.session)?)));
+        for (i, (argument, value)) in lenders.take(LENDERS) {
+            let (last, others) = contenders[i].choices.split_last().expect("it has a line");
+            let borrowers = list.iter().filter(|c| {
+                scan::argument(&catalogue[c.effect]) == Some(argument)
+                    && c.effect != last.effect
+                    && others.iter().all(|o| o.effect != c.effect)
+            });
+            for borrower in borrowers {
+                let choices = [others, std::slice::from_ref(borrower)].concat();
+                let own = contenders.iter().find(|c| c.choices == choices);
+                let own = own.and_then(|c| c.line(self.session));
+                if own.is_none_or(|(_, own)| (own / value - 1.0).abs() > SAME_LINE) {
+                    jobs.push((i, choices, value));
+                }
+            }
+        }
+        let tried = parallel(&jobs, |(i, choices, value)| {
+            let lender = &contenders[*i].trial;
+            let trial = search::at_line(self.session, choices, &self.shots, lender, *value)?;
+            trial
+                .map(|t| self.contender(choices.clone(), t))
+                .transpose()
+        })?;
+        self.keep_better(contenders, tried.into_iter().flatten().collect());
+        Ok(())
     }
 
     /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it

@@ -3,10 +3,11 @@
 use super::candidate::Role;
 use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::{Choice, Hypothesis};
+use super::look::Looker;
 use super::predictor::Point;
 use super::session::Session;
 use super::shot::Shot;
-use super::starts::starts;
+use super::starts::{start_at_line, starts};
 use crate::error::Error;
 
 /// Every how many-th sample is used while searching.
@@ -19,12 +20,6 @@ pub(super) const LOOK_SHARE: f64 = 0.4;
 const CLIMB: usize = 10;
 /// Starts that are followed to the end.
 const FOLLOWED: usize = 2;
-/// Jacobians after which a start must not be hopeless: ...
-const FOOTHILL: usize = 2;
-/// ... above this many times the objective without the effect.
-const HOPELESS: f64 = 2.0;
-/// A fit whose median error is below this many times the noise is about to arrive.
-const FOUND: f64 = 1.5;
 
 /// A hypothesis and the best fit found.
 pub struct Trial {
@@ -50,7 +45,7 @@ pub fn effort(iterations: usize) -> Effort {
     }
 }
 
-fn keep_better(best: &mut Option<Fit>, fit: Fit) {
+pub(super) fn keep_better(best: &mut Option<Fit>, fit: Fit) {
     if best.as_ref().is_none_or(|b| fit.trimmed < b.trimmed) {
         *best = Some(fit);
     }
@@ -187,7 +182,7 @@ pub const HIDDEN: Depth = Depth {
 
 impl Depth {
     /// The effort of a first look at a start.
-    fn first_look(self) -> Effort {
+    pub(super) fn first_look(self) -> Effort {
         Effort {
             share: self.look_share,
             revive: false,
@@ -198,7 +193,7 @@ impl Depth {
     }
 
     /// The effort of a fit that is followed, with so many Jacobians.
-    fn following(self, iterations: usize) -> Effort {
+    pub(super) fn following(self, iterations: usize) -> Effort {
         Effort {
             belief: self.belief,
             ..effort(iterations)
@@ -262,47 +257,14 @@ pub fn search(
         &mut predictor,
         depth,
     );
-    let look = depth.first_look();
-    let mut looks = Vec::new();
-    let mut best: Option<Fit> = None;
-    for start in starts {
-        let seen = Fitter::new(&mut predictor, &hypothesis, &data, look).run(start);
-        if data.quantile(&seen, 0.5) < FOUND {
-            let fit = Fitter::new(
-                &mut predictor,
-                &hypothesis,
-                &data,
-                depth.following(depth.climb),
-            )
-            .run(seen.point);
-            let found = data.quantile(&fit, 0.75) < FOUND;
-            keep_better(&mut best, fit);
-            if found {
-                break;
-            }
-        } else {
-            looks.push(seen);
-        }
-    }
-    let found = best
-        .as_ref()
-        .is_some_and(|b| data.quantile(b, 0.75) < FOUND);
-    if !found {
-        looks.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
+    let mut looker = Looker::new(&hypothesis, &data, depth);
+    let looks = looker.look(&mut predictor, starts);
+    if !looker.has_arrived() {
         for look in looks.into_iter().take(depth.followed) {
-            // Lost shots are not looked for before the start has shown promise: a model that is wrong loses many.
-            let foothill = Effort {
-                revive: false,
-                ..depth.following(FOOTHILL)
-            };
-            let mut fit = Fitter::new(&mut predictor, &hypothesis, &data, foothill).run(look.point);
-            if fit.trimmed < HOPELESS * base.fit.trimmed {
-                let rest = depth.following(depth.climb - FOOTHILL);
-                fit = Fitter::new(&mut predictor, &hypothesis, &data, rest).run(fit.point);
-            }
-            keep_better(&mut best, fit);
+            looker.follow(&mut predictor, look.point, base.fit.trimmed);
         }
     }
+    let mut best = looker.best;
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
         let off = switched_off(session, &hypothesis, base, shots);
@@ -317,6 +279,30 @@ pub fn search(
     }
     let fit = best.expect("there is at least one start");
     Ok(Trial { hypothesis, fit })
+}
+
+/// Fits a hypothesis whose last effect is periodic from the fit of another that holds all the others, at the frequency or
+/// wavelength `value` there; `None` where the model shows no response to it.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn at_line(
+    session: &Session,
+    choices: &[Choice],
+    shots: &[Shot],
+    lender: &Trial,
+    value: f64,
+) -> Result<Option<Trial>, Error> {
+    let hypothesis = session.hypothesis(choices)?;
+    let effect = &session.catalogue[choices.last().expect("a periodic effect").effect];
+    let data = session.data(shots);
+    let mut predictor = session.predictor(&hypothesis)?;
+    let start = start_at_line(&hypothesis, effect, &data, &mut predictor, lender, value);
+    let Some(start) = start else {
+        return Ok(None);
+    };
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(CLIMB)).run(start);
+    Ok(Some(Trial { hypothesis, fit }))
 }
 
 /// The fit of the reference model itself, held to what is believed of it in the first look and, by `belief`, after.

@@ -81,6 +81,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         calibrated.reaches_floor() || first.is_some_and(|s| s.reaches_floor() && !s.is_local())
     };
     if !settled(&singles, &calibrated) {
+        screen.lend_lines(&mut singles, &list)?;
         screen.polish(&mut singles, watch)?;
     }
     let mut held = Vec::new();
@@ -89,6 +90,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         let freed = screen.freed(&held)?;
         screen.keep_better(&mut singles, freed);
         calibrated = screen.recalibrate(calibrated, &singles)?;
+        screen.lend_lines(&mut singles, &list)?;
         screen.polish(&mut singles, watch)?;
     }
     let claimed = singles

@@ -6,6 +6,7 @@ use super::friction_prior::FrictionPrior;
 use super::hypothesis::{Choice, Hypothesis, References, structure};
 use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run, thin};
+use super::unexplained::Spectra;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Role, of_one_sensor};
@@ -45,6 +46,8 @@ pub struct Session<'a> {
     pub horizon: f64,
     /// What is believed of the friction constants before any fit.
     pub friction: FrictionPrior,
+    /// Spectra of the smoothed force that were asked for.
+    pub spectra: Spectra,
 }
 
 impl<'a> Session<'a> {
@@ -105,6 +108,7 @@ impl<'a> Session<'a> {
                 .collect(),
             held_out: hold_out(campaign),
             friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
+            spectra: Spectra::default(),
             smoothings,
             shots,
             travel,

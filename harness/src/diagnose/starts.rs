@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Role};
 use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Hypothesis;
 use super::predictor::{Point, Predictor};
-use super::scan;
+use super::scan::{self, Line};
 use super::search::{Depth, LOOK_SHARE, Nuisances, STRIDE, Trial, effort, widen};
 use super::session::Session;
 use super::shot::Shot;
@@ -205,6 +205,41 @@ fn resonance_starts<'a>(
         .collect()
 }
 
+/// A point in which a periodic effect stands at a line.
+fn at(h: &Hypothesis, effect: &Candidate, origin: &Point, line: &Line) -> Option<Point> {
+    let name = |role: Role| {
+        let parameter = &effect.parameters[effect.find_role(role)?];
+        Some(format!("{}.{}", effect.id, parameter.name))
+    };
+    let a = h.shared_index(&name(Role::Amplitude)?)?;
+    let f = h.shared_index(&name(Role::Shape)?)?;
+    let p = name(Role::Phase)?;
+    let mut point = origin.clone();
+    point.shared[a] = h.shared[a].clamp(line.amplitude);
+    point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));
+    for (run, knobs) in h.own.iter().enumerate() {
+        if let Some(i) = knobs.iter().position(|k| k.name == p) {
+            point.own[run][i] = line.phase[run];
+        }
+    }
+    Some(point)
+}
+
+/// The point of `lender` with a periodic effect at the strongest line near `value` instead of what `h` does not have.
+pub(super) fn start_at_line(
+    h: &Hypothesis,
+    effect: &Candidate,
+    data: &Data,
+    predictor: &mut Predictor,
+    lender: &Trial,
+    value: f64,
+) -> Option<Point> {
+    let origin = widen(lender, h, &Point::centre(h, data.shots));
+    let near = Some(value);
+    let lines = scan::lines(predictor, h, effect, data, &origin, STRIDE, 1, near);
+    at(h, effect, &origin, lines.first()?)
+}
+
 fn periodic_starts(
     session: &Session,
     h: &Hypothesis,
@@ -214,19 +249,6 @@ fn periodic_starts(
     from_base: &Point,
     origins: &[&Point],
 ) -> Vec<Point> {
-    let mut out = Vec::new();
-    let name = |role: Role| {
-        effect
-            .find_role(role)
-            .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name))
-    };
-    let (Some(a), Some(f), Some(p)) = (name(Role::Amplitude), name(Role::Shape), name(Role::Phase))
-    else {
-        return vec![from_base.clone()];
-    };
-    let (Some(a), Some(f)) = (h.shared_index(&a), h.shared_index(&f)) else {
-        return vec![from_base.clone()];
-    };
     let mut lines = Vec::new();
     // A factor on friction shows in the smoothed force itself, however far the reference model is off.
     if let (Some((amplitude, shape)), Some(argument)) =
@@ -237,21 +259,16 @@ fn periodic_starts(
         lines = unexplained::lines(session, argument, range, FORCE_LINES);
     }
     lines.extend(scan::lines(
-        predictor, h, effect, data, from_base, STRIDE, LINES,
+        predictor, h, effect, data, from_base, STRIDE, LINES, None,
     ));
-    for line in lines {
-        for &origin in origins {
-            let mut point = origin.clone();
-            point.shared[a] = h.shared[a].clamp(line.amplitude);
-            point.shared[f] = h.shared[f].clamp(h.shared[f].position(line.value));
-            for (run, knobs) in h.own.iter().enumerate() {
-                if let Some(i) = knobs.iter().position(|k| k.name == p) {
-                    point.own[run][i] = line.phase[run];
-                }
-            }
-            out.push(point);
-        }
-    }
+    let mut out: Vec<Point> = lines
+        .iter()
+        .flat_map(|line| {
+            origins
+                .iter()
+                .filter_map(|origin| at(h, effect, origin, line))
+        })
+        .collect();
     if out.is_empty() {
         out.push(from_base.clone());
     }

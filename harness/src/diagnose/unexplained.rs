@@ -13,6 +13,7 @@ use super::shot::Smoothing;
 use crate::observer::PhaseMode;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 
 /// Time in s about a transition in which the smoothed force can't follow.
 const CLEAR: f64 = 4e-4;
@@ -112,9 +113,31 @@ pub(super) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
     out
 }
 
+/// What was asked of [`lines`]: argument, range and number of lines.
+type Question = (Argument, (f64, f64), usize);
+
+/// Lines found before: they are the same for every candidate of a session.
+#[derive(Debug, Default)]
+pub struct Spectra(Mutex<Vec<(Question, Vec<Line>)>>);
+
 /// The strongest lines of what remains, with amplitude relative to the expected force and a phase for
 /// each run.
 pub fn lines(session: &Session, argument: Argument, range: (f64, f64), most: usize) -> Vec<Line> {
+    let question = (argument, range, most);
+    let known = |spectra: &[(Question, Vec<Line>)]| {
+        let same = spectra.iter().find(|s| s.0 == question)?;
+        Some(same.1.clone())
+    };
+    let spectra = || session.spectra.0.lock().unwrap_or_else(|e| e.into_inner());
+    if let Some(lines) = known(&spectra()) {
+        return lines;
+    }
+    let found = find_lines(session, argument, range, most);
+    spectra().push((question, found.clone()));
+    found
+}
+
+fn find_lines(session: &Session, argument: Argument, range: (f64, f64), most: usize) -> Vec<Line> {
     let place = |s: &SlipSample| match argument {
         Argument::Time => s.time,
         Argument::Travel => s.travel,

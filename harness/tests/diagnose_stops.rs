@@ -1,0 +1,108 @@
+//! What is left of a diagnosis that is stopped, and what simulated campaigns say of chance.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use stickslip::command::diagnose::diagnose;
+use stickslip::command::open_fmu;
+use stickslip::diagnose::outcome::Verdict;
+use stickslip::measurement::Campaign;
+use stickslip::watch::Watch;
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo")
+}
+
+/// Says stop once so many steps have been reported.
+struct StopAfter(AtomicUsize);
+
+impl Watch for StopAfter {
+    fn step(&self, _: &str, _: usize, _: usize) {
+        let left = self.0.load(Ordering::Relaxed);
+        self.0.store(left.saturating_sub(1), Ordering::Relaxed);
+    }
+    fn stop(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn a_diagnosis_that_is_stopped_keeps_what_was_finished_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = open_fmu(None).unwrap();
+    let campaign = Campaign::load(&demo()).unwrap();
+    // The calibration of the reference model and some candidates.
+    let watch = StopAfter(AtomicUsize::new(5));
+    let diagnosis = diagnose(&fmu, &campaign, 0, folder.path(), &watch).unwrap();
+    let tried = diagnosis.candidates.len();
+    assert!(
+        (1..16).contains(&tried),
+        "{tried} candidates were tried before the stop"
+    );
+    assert!(
+        diagnosis.remarks.iter().any(|r| r.contains("Stopped")),
+        "{:?}",
+        diagnosis.remarks
+    );
+    // Where nothing reached the noise, nothing is named.
+    let reached = diagnosis.candidates.iter().any(|c| c.fit_over_noise < 1.5);
+    assert!(reached || diagnosis.verdict != Verdict::EffectFound);
+    for file in ["diagnosis.json", "report.html", "model.toml"] {
+        assert!(folder.path().join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_the_command_cleanly_with_its_files_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("diagnosis");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .arg("diagnose")
+        .arg(demo())
+        .arg("-o")
+        .arg(&output)
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while !output.is_dir() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no folder");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // The folder is made before the FMU is packed; a search takes many times as long.
+    std::thread::sleep(Duration::from_secs(4));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(
+        killed.success(),
+        "the diagnosis had ended before the signal"
+    );
+    let status = child.wait().unwrap();
+    assert!(status.success(), "{status}");
+    let text = std::fs::read_to_string(output.join("diagnosis.json")).unwrap();
+    let diagnosis: Value = serde_json::from_str(&text).unwrap();
+    let remarks = diagnosis["remarks"].to_string();
+    assert!(remarks.contains("Stopped"), "{remarks}");
+}
+
+#[test]
+fn simulated_campaigns_without_the_effect_raise_the_threshold_and_give_a_chance() {
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = open_fmu(None).unwrap();
+    let campaign = Campaign::load(&demo()).unwrap();
+    let diagnosis = diagnose(&fmu, &campaign, 1, folder.path(), &()).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::EffectFound);
+    assert_eq!(diagnosis.gains_by_chance.len(), diagnosis.effects.len());
+    let by_chance = &diagnosis.gains_by_chance[0];
+    assert_eq!(by_chance.len(), 1);
+    let evidence = &diagnosis.effects[0].evidence;
+    assert!(evidence.threshold >= by_chance[0]);
+    // What is there gains far more than what is not.
+    assert!(evidence.gain > 10.0 * by_chance[0].max(1.0), "{evidence:?}");
+    // One campaign in which chance gains less: at most one in two.
+    assert_eq!(evidence.p_value, Some(0.5));
+}
