@@ -17,7 +17,7 @@ from dask.distributed import Client, LocalCluster
 import stickslip_dask
 
 OPTIONS = ["--parameter", "belt_velocity", "--from", "0.096", "--to", "0.112", "--points", "33",
-           "--start", "fixed,up", "--settle", "300", "--cycles", "300"]
+           "--start", "fixed,up", "--settle", "2000", "--cycles", "300"]
 
 
 def tables(folder):

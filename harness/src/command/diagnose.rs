@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::progress::Progress;
-use super::{diagnose_page, repaired_model};
+use super::{diagnose_page, proposed_effect, repaired_model};
 use crate::diagnose::conclude::{Rungs, climb, conclude, prune};
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
@@ -95,6 +95,7 @@ pub fn report(
         to_json(&diagnosis).as_bytes(),
     )?;
     repaired_model::write(fmu, &diagnosis, output)?;
+    proposed_effect::write(&diagnosis.proposed_terms, output)?;
     watch.step("drawing report.html", 0, 1);
     let command = format!(
         "stickslip {command} {} -o {}",
@@ -151,6 +152,16 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
             next.belt_velocity_m_per_s,
             next.normal_force_n,
             next.separation
+        );
+    }
+    for (i, term) in diagnosis.proposed_terms.iter().enumerate() {
+        let _ = writeln!(
+            out,
+            "proposed term (proposed_{}.toml): {} = {}, explains {:.0} % of the squared slip force left without it",
+            i + 1,
+            term.target,
+            term.expression,
+            100.0 * term.explained_share
         );
     }
     for remark in &diagnosis.remarks {

@@ -13,6 +13,7 @@ pub mod operating_point;
 pub mod pack;
 mod parameter_set;
 mod progress;
+mod proposed_effect;
 pub mod repaired_model;
 pub mod simulate;
 pub mod sweep;

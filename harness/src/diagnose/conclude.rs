@@ -2,13 +2,14 @@
 
 use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
 use super::fit::{Effort, Fit};
-use super::hypothesis::{Hypothesis, structure};
+use super::hypothesis::{Choice, Hypothesis, structure};
 use super::judge::{self, Care, Judgement};
 use super::knob::Scale;
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
 use super::predictor::Point;
+use super::rivals::{other_forms, rivals};
 use super::search::{self, Trial};
 use super::select::Selection;
 use super::session::Session;
@@ -17,9 +18,6 @@ use super::whiteness;
 use super::words::{remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
-
-/// Rivals whose score lies within this of the best can't be told from it.
-const TIE: f64 = 12.0;
 
 /// Gain that needs no second look.
 const OVERWHELMING: f64 = 300.0;
@@ -248,17 +246,22 @@ pub fn conclude(
         &rungs.fit[0],
         &rungs.holdout[0],
     )?;
+    let proposed_terms = match verdict {
+        Verdict::UnknownEffect => super::propose::propose(session),
+        _ => Vec::new(),
+    };
     if verdict == Verdict::UnknownEffect {
-        residual["proposed_terms"] = super::propose::propose(session).into();
+        residual["proposed_terms"] = serde_json::json!(proposed_terms);
     }
     Ok(Diagnosis {
         verdict,
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
         residual,
+        proposed_terms,
         next_measurement,
         summary,
-        remarks: remarks(session, trial, selection),
+        remarks: remarks(session, trial, selection, &effects),
         calibrated: trial
             .hypothesis
             .shared
@@ -408,6 +411,10 @@ fn found(
         .map(|c| session.catalogue[c.effect].id.clone())
         .collect();
     confounded_with.dedup();
+    let other_forms = other_forms(selection)
+        .into_iter()
+        .filter_map(|rival| values_in(session, rival, choice))
+        .collect();
     FoundEffect {
         id: card.id.clone(),
         parameters,
@@ -421,7 +428,32 @@ fn found(
             floor_ratio: rungs.fit[i + 1].quantile(0.5),
         },
         confounded_with,
+        other_forms,
     }
+}
+
+/// Parameters, settings included, that a rival has for the effect of `choice` in another form; `None` where it has it in
+/// the same.
+fn values_in(
+    session: &Session,
+    rival: &Contender,
+    choice: &Choice,
+) -> Option<BTreeMap<String, f64>> {
+    let other = rival
+        .choices
+        .iter()
+        .find(|c| c.effect == choice.effect && *c != choice)?;
+    let card = &session.catalogue[choice.effect];
+    let prefix = format!("{}.", card.id);
+    let trial = &rival.trial;
+    let knobs = trial.hypothesis.shared.iter().zip(&trial.fit.point.shared);
+    let fitted = knobs.filter_map(|(knob, u)| {
+        let name = knob.name.strip_prefix(&prefix)?;
+        Some((name.to_owned(), knob.value(*u)))
+    });
+    let settings = other.settings.iter();
+    let given = settings.map(|&(i, value)| (card.parameters[i].name.clone(), value));
+    Some(fitted.chain(given).collect())
 }
 
 /// Probability of a gain as large by chance, from the campaigns simulated for step `i`; never below one in their number
@@ -430,31 +462,6 @@ fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
     let gains = selection.by_chance.get(i).filter(|g| !g.is_empty())?;
     let as_large = gains.iter().filter(|g| **g >= gain).count();
     Some((1 + as_large) as f64 / (1 + gains.len()) as f64)
-}
-
-/// The hypothesis at the end of the path and all others of its size that explain the data as well.
-fn rivals(selection: &Selection) -> Vec<&Contender> {
-    let Some(best) = selection.path.last() else {
-        return Vec::new();
-    };
-    let others = if best.choices.len() == 1 {
-        &selection.singles
-    } else {
-        &selection.pairs
-    };
-    let limit = best.score(selection.samples) + TIE;
-    let effects = |c: &Contender| -> Vec<usize> {
-        let mut list: Vec<usize> = c.choices.iter().map(|c| c.effect).collect();
-        list.sort_unstable();
-        list
-    };
-    std::iter::once(best)
-        .chain(
-            others
-                .iter()
-                .filter(|c| c.score(selection.samples) < limit && effects(c) != effects(best)),
-        )
-        .collect()
 }
 
 fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {

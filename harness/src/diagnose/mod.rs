@@ -20,6 +20,7 @@ pub mod predictor;
 pub mod propose;
 pub mod replay;
 pub mod residual;
+pub mod rivals;
 pub mod scan;
 pub mod screen;
 pub mod search;

@@ -1,5 +1,6 @@
 //! What a diagnosis finds, in the form of diagnosis.json.
 
+use super::propose::ProposedTerm;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -61,6 +62,9 @@ pub struct FoundEffect {
     pub evidence: Evidence,
     /// Effects that these data can't tell from it.
     pub confounded_with: Vec<String>,
+    /// Parameters in other forms of the same effect that explain the data as well.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub other_forms: Vec<BTreeMap<String, f64>>,
 }
 
 /// One rung of the error ladder.
@@ -124,6 +128,9 @@ pub struct Diagnosis {
     pub candidates: Vec<Standing>,
     /// Where the calibrated model fails.
     pub residual: serde_json::Value,
+    /// Terms proposed where something outside the catalogue is missing; they stand in `residual`.
+    #[serde(skip)]
+    pub proposed_terms: Vec<ProposedTerm>,
     /// What to measure next.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_measurement: Option<NextMeasurement>,

@@ -6,10 +6,12 @@
 //! a friction level for each run, and what wrong frequencies, damping and masses leave (terms in w, w', w'').
 //! A proposal is a place to start: it says nothing about stick, where the force is not determined.
 
+use super::outcome::Estimate;
 use super::session::Session;
 use super::unexplained::slip_samples;
 use nalgebra::{DMatrix, DVector};
-use serde_json::{Value, json};
+use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Terms proposed at most.
 const MOST_TERMS: usize = 2;
@@ -126,8 +128,21 @@ const LIBRARY: [Term; 14] = [
     },
 ];
 
+/// A term in the form of a user's effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct ProposedTerm {
+    /// What it acts on.
+    pub target: String,
+    /// Its formula.
+    pub expression: String,
+    /// The values of the parameters in it.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Share of the squared force that it explains of what is left without it.
+    pub explained_share: f64,
+}
+
 /// Terms in user-effect form with their coefficients; empty if none explains enough.
-pub fn propose(session: &Session) -> Vec<Value> {
+pub fn propose(session: &Session) -> Vec<ProposedTerm> {
     let rows = rows(session);
     let runs = session.campaign.runs.len();
     let nuisances = runs + 3;
@@ -173,12 +188,18 @@ pub fn propose(session: &Session) -> Vec<Value> {
         .enumerate()
         .map(|(i, &k)| {
             let term = &LIBRARY[k];
-            json!({
-                "target": term.target,
-                "expression": term.formula,
-                "parameters": { "c": { "value": solution[nuisances + i], "std": spread[nuisances + i], "unit": term.unit } },
-                "explained_share": share[i],
-            })
+            let coefficient = Estimate {
+                value: solution[nuisances + i],
+                std: spread[nuisances + i],
+                unit: term.unit.to_owned(),
+                at_bound: false,
+            };
+            ProposedTerm {
+                target: term.target.to_owned(),
+                expression: term.formula.to_owned(),
+                parameters: BTreeMap::from([("c".to_owned(), coefficient)]),
+                explained_share: share[i],
+            }
         })
         .collect()
 }

@@ -1,11 +1,12 @@
 //! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
 
+use super::candidate::Role;
 use super::contender::{Contender, name};
 use super::fit::Effort;
 use super::hypothesis::Choice;
 use super::predictor::Point;
 use super::scan;
-use super::search::{self, Depth, Trial, baseline, search};
+use super::search::{self, Depth, HIDDEN, Trial, baseline, search};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
@@ -26,6 +27,10 @@ const POLISH: usize = 14;
 const FREED: usize = 10;
 /// ... with so many Jacobians.
 const FREE: usize = 4;
+/// Contenders that are searched for again from their own optima, ...
+const RESTARTED: usize = 3;
+/// ... and fitted further if that brings the objective below this share.
+const GAINS: f64 = 0.8;
 /// Contenders at whose lines the others are tried, ...
 const LENDERS: usize = 2;
 /// ... if theirs differ by more than this.
@@ -181,6 +186,47 @@ impl<'a> Screen<'a> {
         let mut freed = parallel(best, |old| self.further(old, FREE))?;
         self.sort(&mut freed);
         Ok(freed)
+    }
+
+    /// Searches for the best contenders' last effects again from their own optima, barely on and with other shapes: a shape
+    /// fitted beside wrong nuisances may have wandered into a valley (a drift of friction to one fifteen times as
+    /// slow) from which only another start leads out once the nuisances are right.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn restart(&self, contenders: &mut Vec<Contender>, watch: &dyn Watch) -> Result<(), Error> {
+        let catalogue = &self.session.catalogue;
+        let has_shape = |c: &Contender| {
+            let effect = c.choices.last().map(|l| &catalogue[l.effect]);
+            effect.is_some_and(|e| {
+                e.find_role(Role::Shape).is_some()
+                    && e.find_role(Role::Phase).is_none()
+                    && e.resonance().is_none()
+            })
+        };
+        let wanted: Vec<usize> = (0..contenders.len())
+            .filter(|&i| {
+                let c = &contenders[i];
+                self.is_promising(c) && !c.reaches_floor() && has_shape(c)
+            })
+            .take(RESTARTED)
+            .collect();
+        if wanted.is_empty() || watch.stop() {
+            return Ok(());
+        }
+        watch.step("trying the best candidates from other starts", 0, 1);
+        let again = parallel(&wanted, |&i| {
+            let old = &contenders[i];
+            let trial = search(self.session, &old.choices, &self.shots, &old.trial, HIDDEN)?;
+            let new = self.contender(old.choices.clone(), trial)?;
+            let is_worth_more = new.fit.trimmed < GAINS * old.fit.trimmed && !new.reaches_floor();
+            if is_worth_more {
+                return self.further(&new, POLISH);
+            }
+            Ok(new)
+        })?;
+        self.keep_better(contenders, again);
+        Ok(())
     }
 
     /// Lets effects that repeat with the same argument, time or place, try each other's lines: what repeats shows itself at

@@ -84,6 +84,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.lend_lines(&mut singles, &list)?;
         screen.polish(&mut singles, watch)?;
     }
+    if !settled(&singles, &calibrated) {
+        screen.restart(&mut singles, watch)?;
+    }
     let mut held = Vec::new();
     if !settled(&singles, &calibrated) && !watch.stop() {
         held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
@@ -92,6 +95,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         calibrated = screen.recalibrate(calibrated, &singles)?;
         screen.lend_lines(&mut singles, &list)?;
         screen.polish(&mut singles, watch)?;
+    }
+    if !settled(&singles, &calibrated) {
+        screen.restart(&mut singles, watch)?;
     }
     let claimed = singles
         .first()

@@ -8,7 +8,12 @@ use super::select::Selection;
 use super::session::Session;
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.
-pub(super) fn remarks(session: &Session, trial: &Trial, selection: &Selection) -> Vec<String> {
+pub(super) fn remarks(
+    session: &Session,
+    trial: &Trial,
+    selection: &Selection,
+    effects: &[FoundEffect],
+) -> Vec<String> {
     let mut out = Vec::new();
     let runs = &session.campaign.runs;
     if !session.held_out.iter().any(|h| *h) {
@@ -57,6 +62,16 @@ pub(super) fn remarks(session: &Session, trial: &Trial, selection: &Selection) -
             ));
         }
     }
+    for effect in effects {
+        for form in &effect.other_forms {
+            let values: Vec<String> = form.iter().map(|(n, v)| format!("{n} = {v:.3e}")).collect();
+            out.push(format!(
+                "{}: another form of it explains the data as well ({}); the intervals stated hold within the form reported.",
+                effect.id,
+                values.join(", ")
+            ));
+        }
+    }
     if selection.stopped {
         out.push("Stopped before the end: candidates not listed were not tried.".into());
     }
@@ -88,33 +103,43 @@ fn helps(session: &Session, calibrated: &Rung, last: &Rung) -> String {
     )
 }
 
-/// Fall of the error of predicting break-aways that is worth a word.
+/// Mean fall of the error of predicting break-aways over the runs that is worth a word: less is seen where nothing is
+/// there, as the force just before a transition is known roughly only.
 const FORETELLS: f64 = 0.2;
 
 /// What the break-aways of a campaign depend on that no effect explains; empty where nothing foretells them.
 fn break_aways(session: &Session) -> String {
-    let all = break_away::describe(session);
-    let list = |fall: fn(&BreakAways) -> f64| {
-        let runs = all.iter().filter(|b| fall(b) >= FORETELLS);
-        let named = runs.map(|b| format!("{} {:.0} %", b.file, 100.0 * fall(b)));
-        named.collect::<Vec<String>>().join(", ")
+    let mut all = break_away::describe(session);
+    all.retain(|b| b.fall_by_place.is_finite());
+    let mean = |fall: fn(&BreakAways) -> f64| {
+        all.iter().map(|b| fall(b).max(0.0)).sum::<f64>() / all.len() as f64
     };
-    let by_place = list(|b| b.fall_by_place);
-    let by_dwell = list(|b| b.fall_by_dwell);
-    let foretold = list(|b| b.fall_by_dwell_foretold);
+    let percent = |fall: f64| format!("{:.0} %", 100.0 * fall);
     let mut out = String::new();
-    if !by_place.is_empty() {
+    if mean(|b| b.fall_by_place) >= FORETELLS {
+        let runs: Vec<String> = all
+            .iter()
+            .map(|b| format!("{} {}", b.file, percent(b.fall_by_place)))
+            .collect();
         out += &format!(
-            " The force at break-away depends on the place on the belt (or on time, where each place is passed once): knowing it removes {by_place} of the error of predicting it from the others of the run."
+            " The force at break-away depends on the place on the belt (or on time, where each place is passed once): the place takes away so much of the error of predicting each from the others of its run: {}.",
+            runs.join(", ")
         );
     }
-    if !foretold.is_empty() {
+    let (dwell, foretold) = (
+        mean(|b| b.fall_by_dwell),
+        mean(|b| b.fall_by_dwell_foretold),
+    );
+    if foretold >= FORETELLS {
         out += &format!(
-            " It grows with the dwell that the beginning of a stick foretells ({foretold}), as ageing has it."
+            " Break-away grows with the dwell that the beginning of a stick foretells (it takes away {} of the error), as ageing has it.",
+            percent(foretold)
         );
-    } else if !by_dwell.is_empty() {
+    } else if dwell >= FORETELLS || !out.is_empty() {
         out += &format!(
-            " It grows with the dwell ({by_dwell}), but a high threshold makes a long stick by itself, and what is known at the beginning of a stick does not foretell it: that contacts age can't be concluded."
+            " Dwell takes away {} of that error; but a high threshold makes a long stick by itself, and what is known when a stick begins takes away {}: that contacts age can't be concluded.",
+            percent(dwell),
+            percent(foretold)
         );
     }
     out

@@ -1,0 +1,92 @@
+//! Terms that a diagnosis proposes, as files for `pack --effect`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::diagnose::propose::ProposedTerm;
+use crate::error::Error;
+use crate::output::write_file;
+
+/// Bounds of a proposed coefficient in units of its value: a regression of the slip force is good to a factor.
+const RANGE: f64 = 10.0;
+
+/// Writes proposed_1.toml, proposed_2.toml, ... into `folder`.
+///
+/// # Errors
+/// A file that can't be written.
+pub fn write(terms: &[ProposedTerm], folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    for (i, term) in terms.iter().enumerate() {
+        let id = format!("proposed_{}", i + 1);
+        let path = folder.join(format!("{id}.toml"));
+        write_file(&path, text(&id, term).as_bytes())?;
+        files.push(path);
+    }
+    Ok(files)
+}
+
+fn text(id: &str, term: &ProposedTerm) -> String {
+    let mut out = format!(
+        "# Proposed by a diagnosis: explains {:.0} % of the squared slip force that is left without it. Try it:\n\
+         #     stickslip pack --effect {id}.toml -o own.fmu\n\
+         #     stickslip try CAMPAIGN --fmu own.fmu --add {id}\n\
+         id = \"{id}\"\n\
+         title = \"Proposed term\"\n\
+         target = \"{}\"\n\
+         expression = \"{}\"\n",
+        100.0 * term.explained_share,
+        term.target,
+        term.expression
+    );
+    for (name, estimate) in &term.parameters {
+        let most = RANGE * estimate.value.abs();
+        let _ = write!(
+            out,
+            "\n[[parameter]]\nname = \"{name}\"\nunit = \"{}\"\nmin = {:e}\nmax = {most:e}\ntypical = {:e}\n",
+            estimate.unit, -most, estimate.value
+        );
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::pack::pack_with;
+    use crate::diagnose::candidate::candidates;
+    use crate::diagnose::outcome::Estimate;
+    use crate::fmu::Fmu;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn what_is_proposed_can_be_packed_and_is_a_candidate_then() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |target: &str, expression: &str, value: f64, unit: &str| ProposedTerm {
+            target: target.into(),
+            expression: expression.into(),
+            parameters: BTreeMap::from([(
+                "c".to_owned(),
+                Estimate {
+                    value,
+                    std: 0.1 * value.abs(),
+                    unit: unit.into(),
+                    at_bound: false,
+                },
+            )]),
+            explained_share: 0.3,
+        };
+        let terms = [
+            of("tip_force", "c*w^2", -2.5e6, "N/m2"),
+            of("friction_factor", "1 + c*max(v_r, 0)", 0.4, "s/m"),
+        ];
+        let files = write(&terms, folder.path()).unwrap();
+        assert_eq!(files.len(), 2);
+        let fmu = folder.path().join("own.fmu");
+        pack_with(&fmu, &files).unwrap();
+        let known = candidates(&Fmu::load(&fmu).unwrap()).unwrap();
+        let first = known.iter().find(|c| c.id == "proposed_1").unwrap();
+        assert_eq!(first.parameters[0].typical, -2.5e6);
+        assert_eq!(first.parameters[0].max, 2.5e7);
+        assert!(known.iter().any(|c| c.id == "proposed_2"));
+    }
+}
