@@ -235,7 +235,14 @@ pub fn conclude(
         rungs.trials.len() - 1
     };
     let trial = &rungs.trials[last];
-    let summary = words(session, verdict, &effects, &ladder, &rungs.colour);
+    let summary = words(
+        session,
+        verdict,
+        &effects,
+        &ladder,
+        &rungs.colour,
+        selection.stopped,
+    );
     let next_measurement = match verdict {
         Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
         _ => None,

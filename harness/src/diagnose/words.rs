@@ -155,6 +155,7 @@ pub(super) fn words(
     effects: &[FoundEffect],
     ladder: &[Rung],
     colour: &[f64],
+    stopped: bool,
 ) -> String {
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
@@ -208,8 +209,18 @@ pub(super) fn words(
             } else {
                 String::new()
             };
+            let tried = if stopped {
+                "The search was stopped, so this is not decided: after calibration"
+            } else {
+                "Something outside the catalogue is missing: after calibration"
+            };
+            let without = if stopped {
+                "none of the candidates tried so far removes it"
+            } else {
+                "no effect of the catalogue, nor two of them, removes it"
+            };
             format!(
-                "Something outside the catalogue is missing: after calibration {:.1} times the sensor noise remains, and no effect of the catalogue, nor two of them, removes it.{near}{}{}",
+                "{tried} {:.1} times the sensor noise remains, and {without}.{near}{}{}",
                 calibrated.holdout_over_noise,
                 helps(session, calibrated, last),
                 break_aways(session)

@@ -27,6 +27,9 @@ fn headline(material: &Material) -> String {
             format!("Missing: {}.", names.join(", and "))
         }
         Verdict::NoMissingEffect => "Nothing is missing.".into(),
+        Verdict::UnknownEffect if material.selection.stopped => {
+            "Not decided: the search was stopped.".into()
+        }
         Verdict::UnknownEffect => "Something outside the catalogue is missing.".into(),
     }
 }
