@@ -6,10 +6,11 @@ use clap::Args;
 
 use super::progress::Progress;
 use super::{diagnose_page, proposed_effect, repaired_model};
-use crate::diagnose::conclude::{Rungs, climb, conclude, prune};
+use crate::diagnose::conclude::conclude;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
+use crate::diagnose::steps::{Step, climb, prune};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
@@ -74,22 +75,22 @@ pub fn diagnose(
         calibrate_threshold(&session, &mut selection, null, watch)?;
     }
     watch.step("judging on the runs kept out", 0, 1);
-    let mut rungs = climb(&session, &selection)?;
-    prune(&session, &mut selection, &mut rungs)?;
-    report(&session, &selection, &rungs, "diagnose", output, watch)
+    let mut steps = climb(&session, &selection)?;
+    prune(&session, &mut selection, &mut steps)?;
+    report(&session, &selection, &steps, "diagnose", output, watch)
 }
 
 /// Writes what a selection found into `output`.
 pub fn report(
     session: &Session,
     selection: &Selection,
-    rungs: &Rungs,
+    steps: &[Step],
     command: &str,
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let (fmu, campaign) = (session.fmu, session.campaign);
-    let diagnosis = conclude(session, selection, rungs)?;
+    let diagnosis = conclude(session, selection, steps)?;
     write_file(
         &output.join("diagnosis.json"),
         to_json(&diagnosis).as_bytes(),
@@ -102,7 +103,7 @@ pub fn report(
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(session, selection, rungs, &diagnosis, &command)?;
+    let page = diagnose_page::html(session, selection, steps, &diagnosis, &command)?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }

@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::diagnose::{report, terminal, to_json};
 use super::progress::Progress;
-use crate::diagnose::conclude::climb;
 use crate::diagnose::select::follow;
 use crate::diagnose::session::Session;
+use crate::diagnose::steps::climb;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::make_folder;
@@ -51,11 +51,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let selection = follow(&session, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
     progress.step("judging on the runs kept out", 0, 1);
-    let rungs = climb(&session, &selection)?;
+    let steps = climb(&session, &selection)?;
     let diagnosis = report(
         &session,
         &selection,
-        &rungs,
+        &steps,
         &command,
         &arguments.output,
         &progress,

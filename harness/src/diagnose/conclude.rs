@@ -1,165 +1,21 @@
-//! From a selection to a diagnosis: the last fits on all data, the verdict, and its words.
+//! From a selection and its ladder to a diagnosis: the verdict, its numbers and its words.
 
 use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
-use super::fit::{Effort, Fit};
+use super::fit::Fit;
 use super::hypothesis::{Choice, Hypothesis, structure};
-use super::judge::{self, Care, Judgement};
+use super::judge::Judgement;
 use super::knob::Scale;
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
-use super::predictor::Point;
 use super::rivals::{other_forms, rivals};
-use super::search::{self, Trial};
+use super::search::Trial;
 use super::select::Selection;
 use super::session::Session;
-use super::shot::Shot;
-use super::whiteness;
+use super::steps::Step;
 use super::words::{remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
-
-/// Gain that needs no second look.
-const OVERWHELMING: f64 = 300.0;
-
-/// Jacobians for the last fit of a rung.
-const REFIT: usize = 40;
-/// The same for a rung that does not explain the data: its parameters mean little.
-const REFIT_OF_WRONG: usize = 8;
-/// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
-/// valley.
-const REFIT_TOLERANCE: f64 = 1e-6;
-
-/// One step of the ladder, fitted on all shots.
-pub struct Rungs {
-    /// The calibrated model, then one effect more each time.
-    pub trials: Vec<Trial>,
-    /// On the runs fitted.
-    pub fit: Vec<Judgement>,
-    /// On what was kept out.
-    pub holdout: Vec<Judgement>,
-    /// How far from white the residuals of the fits are; below 1 for noise alone.
-    pub colour: Vec<f64>,
-}
-
-/// Refits the calibrated model and the path on all shots of the runs fitted and judges them.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub fn climb(session: &Session, selection: &Selection) -> Result<Rungs, Error> {
-    let steps: Vec<&Contender> = std::iter::once(&selection.calibrated)
-        .chain(&selection.path)
-        .collect();
-    let all = session.fit_shots(1);
-    let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
-    let results = super::session::parallel(&steps, |contender| {
-        let trial = refit(session, contender, &all, &shots)?;
-        let fit = judge::of_fit(session, &all, &trial.fit);
-        let holdout = judge::held_out(session, &trial, Care::Thorough)?;
-        let colour = whiteness::colour(session, &shots, &trial)?;
-        Ok((trial, fit, holdout, colour))
-    })?;
-    let mut rungs = Rungs {
-        trials: Vec::new(),
-        fit: Vec::new(),
-        holdout: Vec::new(),
-        colour: Vec::new(),
-    };
-    for (trial, fit, holdout, colour) in results {
-        rungs.colour.push(colour);
-        rungs.trials.push(trial);
-        rungs.fit.push(fit);
-        rungs.holdout.push(holdout);
-    }
-    Ok(rungs)
-}
-
-/// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
-/// than chance over a model that is down to the noise without them. Where the gain is not overwhelming, the smaller
-/// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub fn prune(session: &Session, selection: &mut Selection, rungs: &mut Rungs) -> Result<(), Error> {
-    let all = session.fit_shots(1);
-    let samples: f64 = all.iter().map(|&k| session.shots[k].count as f64).sum();
-    while let Some(last) = selection.path.last() {
-        let depth = selection.path.len();
-        let below = match depth {
-            1 => &selection.calibrated,
-            _ => &selection.path[depth - 2],
-        };
-        if !below.reaches_floor() {
-            break;
-        }
-        let price = 0.5 * (last.size() as f64 - below.size() as f64) * samples.ln();
-        let gain = |rungs: &Rungs| {
-            rungs.trials[depth - 1].fit.trimmed - rungs.trials[depth].fit.trimmed - price
-        };
-        if gain(rungs) > selection.threshold && gain(rungs) < OVERWHELMING {
-            let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
-            let h = session.hypothesis(&below.choices)?;
-            let start = search::narrowed(&h, &rungs.trials[depth].fit.point, &shots);
-            let again = search::settled(session, h, &shots, start, last_effort())?;
-            if again.fit.trimmed < rungs.trials[depth - 1].fit.trimmed {
-                rungs.fit[depth - 1] = judge::of_fit(session, &all, &again.fit);
-                rungs.colour[depth - 1] = whiteness::colour(session, &shots, &again)?;
-                rungs.holdout[depth - 1] = judge::held_out(session, &again, Care::Thorough)?;
-                rungs.trials[depth - 1] = again;
-            }
-        }
-        if gain(rungs) > selection.threshold {
-            break;
-        }
-        let taken_back = selection.path.pop().expect("the path has a last effect");
-        if depth == 1 {
-            selection.singles.insert(0, taken_back);
-        } else {
-            selection.pairs.insert(0, taken_back);
-        }
-        rungs.trials.pop();
-        rungs.fit.pop();
-        rungs.holdout.pop();
-        rungs.colour.pop();
-    }
-    Ok(())
-}
-
-/// The effort of a last fit of a model that explains the data.
-fn last_effort() -> Effort {
-    Effort {
-        tolerance: REFIT_TOLERANCE,
-        patience: 2,
-        stride: 1,
-        ..search::effort(REFIT)
-    }
-}
-
-/// A contender fitted to `shots`, which stand at `all` in the session's list.
-fn refit(
-    session: &Session,
-    contender: &Contender,
-    all: &[usize],
-    shots: &[Shot],
-) -> Result<Trial, Error> {
-    let h = session.hypothesis(&contender.choices)?;
-    let mut start = Point::centre(&h, shots);
-    start.shared.clone_from(&contender.trial.fit.point.shared);
-    start.own.clone_from(&contender.trial.fit.point.own);
-    // Shots that were in the comparison keep the starts found there.
-    for (i, &k) in contender.fit.shots.iter().enumerate() {
-        if let Some(j) = all.iter().position(|&a| a == k) {
-            start.states[j].clone_from(&contender.trial.fit.point.states[i]);
-            start.stuck[j] = contender.trial.fit.point.stuck[i];
-        }
-    }
-    let effort = if contender.reaches_floor() {
-        last_effort()
-    } else {
-        search::effort(REFIT_OF_WRONG)
-    };
-    search::settled(session, h, shots, start, effort)
-}
 
 /// The diagnosis.
 ///
@@ -168,7 +24,7 @@ fn refit(
 pub fn conclude(
     session: &Session,
     selection: &Selection,
-    rungs: &Rungs,
+    steps: &[Step],
 ) -> Result<Diagnosis, Error> {
     let samples = selection.samples;
     let base_score = selection.calibrated.score(samples);
@@ -177,9 +33,9 @@ pub fn conclude(
         .first()
         .map_or(0.0, |p| base_score - p.score(samples));
     let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
-    let is_white = |depth: usize| !(rungs.colour[depth] > FLOOR_COLOUR);
-    let last = rungs.trials.len() - 1;
-    let predicts = !(rungs.holdout[last].quantile(0.5) > FLOOR_HELD_OUT);
+    let is_white = |depth: usize| !(steps[depth].colour > FLOOR_COLOUR);
+    let last = steps.len() - 1;
+    let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
     let verdict = if base_is_enough && is_white(0) {
         Verdict::NoMissingEffect
     } else if selection.explained && !selection.path.is_empty() && is_white(last) && predicts {
@@ -202,7 +58,7 @@ pub fn conclude(
         effects.push(found(
             session,
             selection,
-            rungs,
+            steps,
             depth,
             i,
             before - selection.path[i].score(samples),
@@ -213,7 +69,7 @@ pub fn conclude(
         &selection.as_given,
         &selection.as_given_holdout,
     )];
-    for i in 0..rungs.trials.len() {
+    for i in 0..steps.len() {
         let step = if i == 0 {
             "calibrated".to_owned()
         } else {
@@ -226,21 +82,18 @@ pub fn conclude(
         };
         // A step that is not believed is not on the ladder.
         if i == 0 || verdict != Verdict::NoMissingEffect {
-            ladder.push(rung(&step, &rungs.fit[i], &rungs.holdout[i]));
+            ladder.push(rung(&step, &steps[i].fit, &steps[i].holdout));
         }
     }
-    let last = if depth == 0 {
-        0
-    } else {
-        rungs.trials.len() - 1
-    };
-    let trial = &rungs.trials[last];
+    let last = if depth == 0 { 0 } else { steps.len() - 1 };
+    let trial = &steps[last].trial;
+    let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
     let summary = words(
         session,
         verdict,
         &effects,
         &ladder,
-        &rungs.colour,
+        &colours,
         selection.stopped,
     );
     let next_measurement = match verdict {
@@ -249,9 +102,9 @@ pub fn conclude(
     };
     let mut residual = super::residual::describe(
         session,
-        &rungs.trials[0].hypothesis,
-        &rungs.fit[0],
-        &rungs.holdout[0],
+        &steps[0].trial.hypothesis,
+        &steps[0].fit,
+        &steps[0].holdout,
     )?;
     let proposed_terms = match verdict {
         Verdict::UnknownEffect => super::propose::propose(session),
@@ -277,10 +130,10 @@ pub fn conclude(
             .filter(|(_, k)| !is_effect(session, &k.name))
             .map(|(i, k)| (k.name.clone(), estimate(&trial.hypothesis, &trial.fit, i)))
             .collect(),
-        residual_colour: rungs.colour.clone(),
+        residual_colour: colours,
         gains_by_chance: selection.by_chance.clone(),
         structure: known_structure(session, trial)?,
-        runs: run_values(session, trial, &rungs.holdout[last]),
+        runs: run_values(session, trial, &steps[last].holdout),
         effects,
         error_ladder: ladder,
     })
@@ -349,7 +202,7 @@ pub fn estimate(h: &Hypothesis, fit: &Fit, index: usize) -> Estimate {
 fn found(
     session: &Session,
     selection: &Selection,
-    rungs: &Rungs,
+    steps: &[Step],
     depth: usize,
     i: usize,
     gain: f64,
@@ -361,7 +214,7 @@ fn found(
         .find(|c| i == 0 || !selection.path[i - 1].choices.contains(c))
         .expect("a step adds an effect");
     let card = &session.catalogue[choice.effect];
-    let trial = &rungs.trials[depth];
+    let trial = &steps[depth].trial;
     let prefix = format!("{}.", card.id);
     let mut parameters = BTreeMap::new();
     for (index, knob) in trial.hypothesis.shared.iter().enumerate() {
@@ -394,7 +247,7 @@ fn found(
                 .enumerate()
                 .map(|(run, knobs)| {
                     let point = if session.held_out[run] {
-                        &rungs.holdout[depth].point
+                        &steps[depth].holdout.point
                     } else {
                         &trial.fit.point
                     };
@@ -427,12 +280,12 @@ fn found(
         parameters,
         own_parameters,
         evidence: Evidence {
-            holdout_nrmse_before: rungs.holdout[i].nrmse,
-            holdout_nrmse_after: rungs.holdout[i + 1].nrmse,
+            holdout_nrmse_before: steps[i].holdout.nrmse,
+            holdout_nrmse_after: steps[i + 1].holdout.nrmse,
             gain,
             threshold: selection.threshold,
             p_value: p_value(selection, i, gain),
-            floor_ratio: rungs.fit[i + 1].quantile(0.5),
+            floor_ratio: steps[i + 1].fit.quantile(0.5),
         },
         confounded_with,
         other_forms,

@@ -1,5 +1,6 @@
 //! Finds the physical effect that a model lacks, from a measured campaign.
 
+mod again;
 pub mod break_away;
 pub mod candidate;
 pub mod conclude;
@@ -28,6 +29,7 @@ pub mod select;
 pub mod session;
 pub mod shot;
 mod starts;
+pub mod steps;
 pub mod unexplained;
 mod whiteness;
 mod words;

@@ -1,12 +1,10 @@
 //! The shots on which hypotheses are compared, and the fits of many hypotheses to them.
 
-use super::candidate::Role;
 use super::contender::{Contender, name};
 use super::fit::Effort;
 use super::hypothesis::Choice;
 use super::predictor::Point;
-use super::scan;
-use super::search::{self, Depth, HIDDEN, Trial, baseline, search};
+use super::search::{self, Depth, Trial, baseline, search};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
@@ -22,19 +20,11 @@ const NEAR_THE_BEST: f64 = 3.0;
 /// Contenders that are fitted further.
 const POLISHED: usize = 4;
 /// Jacobians for that.
-const POLISH: usize = 14;
+pub(super) const POLISH: usize = 14;
 /// Contenders found with the reference model held that are fitted freely, ...
 const FREED: usize = 10;
 /// ... with so many Jacobians.
 const FREE: usize = 4;
-/// Contenders that are searched for again from their own optima, ...
-const RESTARTED: usize = 3;
-/// ... and fitted further if that brings the objective below this share.
-const GAINS: f64 = 0.8;
-/// Contenders at whose lines the others are tried, ...
-const LENDERS: usize = 2;
-/// ... if theirs differ by more than this.
-const SAME_LINE: f64 = 2e-3;
 /// Candidates from whose optimum the reference model is fitted again.
 const RETRIES: usize = 2;
 /// Jacobians for that.
@@ -42,7 +32,7 @@ const RETRY: usize = 8;
 
 /// Shots on which hypotheses are compared.
 pub struct Screen<'a> {
-    session: &'a Session<'a>,
+    pub(super) session: &'a Session<'a>,
     /// Their indices.
     pub indices: Vec<usize>,
     /// The shots themselves.
@@ -70,7 +60,7 @@ impl<'a> Screen<'a> {
         }
     }
 
-    fn contender(&self, choices: Vec<Choice>, trial: Trial) -> Result<Contender, Error> {
+    pub(super) fn contender(&self, choices: Vec<Choice>, trial: Trial) -> Result<Contender, Error> {
         Contender::new(self.session, choices, trial, &self.indices, &self.shots)
     }
 
@@ -188,88 +178,6 @@ impl<'a> Screen<'a> {
         Ok(freed)
     }
 
-    /// Searches for the best contenders' last effects again from their own optima, barely on and with other shapes: a shape
-    /// fitted beside wrong nuisances may have wandered into a valley (a drift of friction to one fifteen times as
-    /// slow) from which only another start leads out once the nuisances are right.
-    ///
-    /// # Errors
-    /// An FMU that can't be run.
-    pub fn restart(&self, contenders: &mut Vec<Contender>, watch: &dyn Watch) -> Result<(), Error> {
-        let catalogue = &self.session.catalogue;
-        let has_shape = |c: &Contender| {
-            let effect = c.choices.last().map(|l| &catalogue[l.effect]);
-            effect.is_some_and(|e| {
-                e.find_role(Role::Shape).is_some()
-                    && e.find_role(Role::Phase).is_none()
-                    && e.resonance().is_none()
-            })
-        };
-        let wanted: Vec<usize> = (0..contenders.len())
-            .filter(|&i| {
-                let c = &contenders[i];
-                self.is_promising(c) && !c.reaches_floor() && has_shape(c)
-            })
-            .take(RESTARTED)
-            .collect();
-        if wanted.is_empty() || watch.stop() {
-            return Ok(());
-        }
-        watch.step("trying the best candidates from other starts", 0, 1);
-        let again = parallel(&wanted, |&i| {
-            let old = &contenders[i];
-            let trial = search(self.session, &old.choices, &self.shots, &old.trial, HIDDEN)?;
-            let new = self.contender(old.choices.clone(), trial)?;
-            let is_worth_more = new.fit.trimmed < GAINS * old.fit.trimmed && !new.reaches_floor();
-            if is_worth_more {
-                return self.further(&new, POLISH);
-            }
-            Ok(new)
-        })?;
-        self.keep_better(contenders, again);
-        Ok(())
-    }
-
-    /// Lets effects that repeat with the same argument, time or place, try each other's lines: what repeats shows itself at
-    /// the same frequency whichever way it acts, but a wrong effect may find it and the right one miss it.
-    ///
-    /// # Errors
-    /// An FMU that can't be run.
-    pub fn lend_lines(
-        &self,
-        contenders: &mut Vec<Contender>,
-        list: &[Choice],
-    ) -> Result<(), Error> {
-        let catalogue = &self.session.catalogue;
-        let mut jobs: Vec<(usize, Vec<Choice>, f64)> = Vec::new();
-        let promising = (0..contenders.len()).filter(|&i| self.is_promising(&contenders[i]));
-        let lenders = promising.filter_map(|i| Some((i, contenders[i].line(self.session)?)));
-        for (i, (argument, value)) in lenders.take(LENDERS) {
-            let (last, others) = contenders[i].choices.split_last().expect("it has a line");
-            let borrowers = list.iter().filter(|c| {
-                scan::argument(&catalogue[c.effect]) == Some(argument)
-                    && c.effect != last.effect
-                    && others.iter().all(|o| o.effect != c.effect)
-            });
-            for borrower in borrowers {
-                let choices = [others, std::slice::from_ref(borrower)].concat();
-                let own = contenders.iter().find(|c| c.choices == choices);
-                let own = own.and_then(|c| c.line(self.session));
-                if own.is_none_or(|(_, own)| (own / value - 1.0).abs() > SAME_LINE) {
-                    jobs.push((i, choices, value));
-                }
-            }
-        }
-        let tried = parallel(&jobs, |(i, choices, value)| {
-            let lender = &contenders[*i].trial;
-            let trial = search::at_line(self.session, choices, &self.shots, lender, *value)?;
-            trial
-                .map(|t| self.contender(choices.clone(), t))
-                .transpose()
-        })?;
-        self.keep_better(contenders, tried.into_iter().flatten().collect());
-        Ok(())
-    }
-
     /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it
     /// is not left behind in a worse minimum than they.
     ///
@@ -322,7 +230,11 @@ impl<'a> Screen<'a> {
         self.further(contender, RETRY)
     }
 
-    fn further(&self, old: &Contender, iterations: usize) -> Result<Contender, Error> {
+    /// A contender fitted further from where it stands.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(super) fn further(&self, old: &Contender, iterations: usize) -> Result<Contender, Error> {
         self.refit(&old.choices, old.trial.fit.point.clone(), iterations)
     }
 

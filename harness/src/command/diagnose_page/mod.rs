@@ -11,10 +11,10 @@ mod statistics;
 mod verdict;
 mod views;
 
-use crate::diagnose::conclude::Rungs;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
+use crate::diagnose::steps::Step;
 use crate::error::Error;
 use crate::report::{Figure, Page};
 use views::Views;
@@ -32,7 +32,7 @@ const SECTIONS: [&str; 5] = [
 struct Material<'a> {
     session: &'a Session<'a>,
     selection: &'a Selection,
-    rungs: &'a Rungs,
+    steps: &'a [Step],
     diagnosis: &'a Diagnosis,
     views: Views,
 }
@@ -44,15 +44,15 @@ struct Material<'a> {
 pub fn html(
     session: &Session,
     selection: &Selection,
-    rungs: &Rungs,
+    steps: &[Step],
     diagnosis: &Diagnosis,
     command: &str,
 ) -> Result<String, Error> {
-    let views = Views::new(session, selection, rungs, diagnosis)?;
+    let views = Views::new(session, selection, steps, diagnosis)?;
     let material = Material {
         session,
         selection,
-        rungs,
+        steps,
         diagnosis,
         views,
     };

@@ -19,14 +19,14 @@ pub fn section(page: Page, material: &Material) -> Page {
 
 /// Models whose values are shown: calibrated, and the last rung if an effect was added.
 fn trials<'a>(material: &'a Material) -> Vec<(String, &'a Trial)> {
-    let trials = &material.rungs.trials;
-    let mut out = vec![("calibrated".to_owned(), &trials[0])];
-    if trials.len() > 1
+    let steps = material.steps;
+    let mut out = vec![("calibrated".to_owned(), &steps[0].trial)];
+    if steps.len() > 1
         && material.diagnosis.verdict != crate::diagnose::outcome::Verdict::NoMissingEffect
     {
         out.push((
             material.views.pair[1].name.clone(),
-            &trials[trials.len() - 1],
+            &steps[steps.len() - 1].trial,
         ));
     }
     out

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::samples::{Sample, samples};
-use crate::diagnose::conclude::Rungs;
 use crate::diagnose::judge::Judgement;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::diagnose::replay::Replay;
 use crate::diagnose::residual::replays;
 use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
+use crate::diagnose::steps::Step;
 use crate::error::Error;
 use crate::report::Colour;
 
@@ -42,14 +42,14 @@ impl Views {
     pub fn new(
         session: &Session,
         selection: &Selection,
-        rungs: &Rungs,
+        steps: &[Step],
         diagnosis: &Diagnosis,
     ) -> Result<Views, Error> {
         let rung = |name: &str, i: usize| {
-            let h = &rungs.trials[i].hypothesis;
-            view(session, name, h, &rungs.fit[i], &rungs.holdout[i])
+            let h = &steps[i].trial.hypothesis;
+            view(session, name, h, &steps[i].fit, &steps[i].holdout)
         };
-        let last = rungs.trials.len() - 1;
+        let last = steps.len() - 1;
         let pair = if diagnosis.verdict == Verdict::NoMissingEffect || last == 0 {
             let plain = session.hypothesis(&[])?;
             let (fit, holdout) = (&selection.as_given, &selection.as_given_holdout);

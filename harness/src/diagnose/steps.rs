@@ -1,0 +1,148 @@
+//! The steps of the error ladder: the calibrated model and the path of a selection, fitted to all data and judged.
+
+use super::contender::Contender;
+use super::fit::Effort;
+use super::judge::{self, Care, Judgement};
+use super::predictor::Point;
+use super::search::{self, Trial};
+use super::select::Selection;
+use super::session::Session;
+use super::shot::Shot;
+use super::whiteness;
+use crate::error::Error;
+
+/// Gain that needs no second look.
+const OVERWHELMING: f64 = 300.0;
+
+/// Jacobians for the last fit of a rung.
+const REFIT: usize = 40;
+/// The same for a rung that does not explain the data: its parameters mean little.
+const REFIT_OF_WRONG: usize = 8;
+/// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
+/// valley.
+const REFIT_TOLERANCE: f64 = 1e-6;
+
+/// One step of the ladder, fitted on all shots: the calibrated model, then one effect more each time.
+pub struct Step {
+    /// Hypothesis and fit.
+    pub trial: Trial,
+    /// On the runs fitted.
+    pub fit: Judgement,
+    /// On what was kept out.
+    pub holdout: Judgement,
+    /// How far from white the residuals of the fit are; below 1 for noise alone.
+    pub colour: f64,
+}
+
+impl Step {
+    /// Judges a trial that was fitted to `shots`, which stand at `all` in the session's list.
+    fn new(session: &Session, trial: Trial, all: &[usize], shots: &[Shot]) -> Result<Step, Error> {
+        Ok(Step {
+            fit: judge::of_fit(session, all, &trial.fit),
+            holdout: judge::held_out(session, &trial, Care::Thorough)?,
+            colour: whiteness::colour(session, shots, &trial)?,
+            trial,
+        })
+    }
+}
+
+/// Refits the calibrated model and the path on all shots of the runs fitted and judges them.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Error> {
+    let steps: Vec<&Contender> = std::iter::once(&selection.calibrated)
+        .chain(&selection.path)
+        .collect();
+    let all = session.fit_shots(1);
+    let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+    super::session::parallel(&steps, |contender| {
+        let trial = refit(session, contender, &all, &shots)?;
+        Step::new(session, trial, &all, &shots)
+    })
+}
+
+/// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
+/// than chance over a model that is down to the noise without them. Where the gain is not overwhelming, the smaller
+/// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn prune(
+    session: &Session,
+    selection: &mut Selection,
+    steps: &mut Vec<Step>,
+) -> Result<(), Error> {
+    let all = session.fit_shots(1);
+    let samples: f64 = all.iter().map(|&k| session.shots[k].count as f64).sum();
+    while let Some(last) = selection.path.last() {
+        let depth = selection.path.len();
+        let below = match depth {
+            1 => &selection.calibrated,
+            _ => &selection.path[depth - 2],
+        };
+        if !below.reaches_floor() {
+            break;
+        }
+        let price = 0.5 * (last.size() as f64 - below.size() as f64) * samples.ln();
+        let gain = |steps: &[Step]| {
+            steps[depth - 1].trial.fit.trimmed - steps[depth].trial.fit.trimmed - price
+        };
+        if gain(steps) > selection.threshold && gain(steps) < OVERWHELMING {
+            let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+            let h = session.hypothesis(&below.choices)?;
+            let start = search::narrowed(&h, &steps[depth].trial.fit.point, &shots);
+            let again = search::settled(session, h, &shots, start, last_effort())?;
+            if again.fit.trimmed < steps[depth - 1].trial.fit.trimmed {
+                steps[depth - 1] = Step::new(session, again, &all, &shots)?;
+            }
+        }
+        if gain(steps) > selection.threshold {
+            break;
+        }
+        let taken_back = selection.path.pop().expect("the path has a last effect");
+        if depth == 1 {
+            selection.singles.insert(0, taken_back);
+        } else {
+            selection.pairs.insert(0, taken_back);
+        }
+        steps.pop();
+    }
+    Ok(())
+}
+
+/// The effort of a last fit of a model that explains the data.
+fn last_effort() -> Effort {
+    Effort {
+        tolerance: REFIT_TOLERANCE,
+        patience: 2,
+        stride: 1,
+        ..search::effort(REFIT)
+    }
+}
+
+/// A contender fitted to `shots`, which stand at `all` in the session's list.
+fn refit(
+    session: &Session,
+    contender: &Contender,
+    all: &[usize],
+    shots: &[Shot],
+) -> Result<Trial, Error> {
+    let h = session.hypothesis(&contender.choices)?;
+    let mut start = Point::centre(&h, shots);
+    start.shared.clone_from(&contender.trial.fit.point.shared);
+    start.own.clone_from(&contender.trial.fit.point.own);
+    // Shots that were in the comparison keep the starts found there.
+    for (i, &k) in contender.fit.shots.iter().enumerate() {
+        if let Some(j) = all.iter().position(|&a| a == k) {
+            start.states[j].clone_from(&contender.trial.fit.point.states[i]);
+            start.stuck[j] = contender.trial.fit.point.stuck[i];
+        }
+    }
+    let effort = if contender.reaches_floor() {
+        last_effort()
+    } else {
+        search::effort(REFIT_OF_WRONG)
+    };
+    search::settled(session, h, shots, start, effort)
+}
