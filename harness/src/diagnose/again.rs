@@ -1,6 +1,6 @@
 //! Contenders that are near the noise, tried again from elsewhere: from other shapes, from each other's lines.
 
-use super::candidate::Role;
+use super::candidate::{Candidate, Role};
 use super::contender::Contender;
 use super::hypothesis::Choice;
 use super::scan;
@@ -10,9 +10,8 @@ use super::session::parallel;
 use crate::error::Error;
 use crate::watch::Watch;
 
-/// Contenders that are searched for again from their own optima, ...
-const RESTARTED: usize = 3;
-/// ... and fitted further if that brings the objective below this share.
+/// Contenders that are searched for again from their own optima are fitted further if that brings the objective below
+/// this share.
 const GAINS: f64 = 0.8;
 /// Contenders at whose lines the others are tried, ...
 const LENDERS: usize = 2;
@@ -20,28 +19,30 @@ const LENDERS: usize = 2;
 const SAME_LINE: f64 = 2e-3;
 
 impl Screen<'_> {
-    /// Searches for the best contenders' last effects again from their own optima, barely on and with other shapes: a shape
+    /// Searches for the last effects of the best contenders, `most` at most, again from their own optima, barely on and with other shapes: a shape
     /// fitted beside wrong nuisances may have wandered into a valley (a drift of friction to one fifteen times as
     /// slow) from which only another start leads out once the nuisances are right.
     ///
     /// # Errors
     /// An FMU that can't be run.
-    pub fn restart(&self, contenders: &mut Vec<Contender>, watch: &dyn Watch) -> Result<(), Error> {
+    pub fn restart(
+        &self,
+        contenders: &mut Vec<Contender>,
+        most: usize,
+        watch: &dyn Watch,
+    ) -> Result<(), Error> {
         let catalogue = &self.session.catalogue;
         let has_shape = |c: &Contender| {
             let effect = c.choices.last().map(|l| &catalogue[l.effect]);
-            effect.is_some_and(|e| {
-                e.find_role(Role::Shape).is_some()
-                    && e.find_role(Role::Phase).is_none()
-                    && e.resonance().is_none()
-            })
+            let is_periodic = |e: &Candidate| e.find_role(Role::Phase).is_some();
+            effect.is_some_and(|e| e.find_role(Role::Shape).is_some() && !is_periodic(e))
         };
         let wanted: Vec<usize> = (0..contenders.len())
             .filter(|&i| {
                 let c = &contenders[i];
                 self.is_promising(c) && !c.reaches_floor() && has_shape(c)
             })
-            .take(RESTARTED)
+            .take(most)
             .collect();
         if wanted.is_empty() || watch.stop() {
             return Ok(());
@@ -58,6 +59,26 @@ impl Screen<'_> {
             Ok(new)
         })?;
         self.keep_better(contenders, again);
+        Ok(())
+    }
+
+    /// Fits the best contender and those with the same effects in other forms to their end: of two forms that both come down
+    /// to the noise, the one that happens to be fitted further would else be reported.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn compare_forms(&self, contenders: &mut Vec<Contender>) -> Result<(), Error> {
+        let effects = |c: &Contender| c.choices.iter().map(|c| c.effect).collect::<Vec<usize>>();
+        let Some(best) = contenders.first().map(effects) else {
+            return Ok(());
+        };
+        let forms: Vec<usize> = (0..contenders.len())
+            .filter(|&i| effects(&contenders[i]) == best)
+            .collect();
+        if forms.len() > 1 {
+            let again = parallel(&forms, |&i| self.further(&contenders[i], POLISH))?;
+            self.keep_better(contenders, again);
+        }
         Ok(())
     }
 

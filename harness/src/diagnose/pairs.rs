@@ -8,6 +8,9 @@ use super::session::Session;
 use crate::error::Error;
 use crate::watch::Watch;
 
+/// Pairs of a leader whose second effect is searched for again from their own optima.
+const RESTARTED: usize = 2;
+
 /// Pairs of the best single effect, which is down to the noise, with every other, best first. The single is fitted again
 /// from its pairs.
 ///
@@ -56,6 +59,9 @@ pub(super) fn held(
             screen.keep_better(&mut found, again);
             screen.lend_lines(&mut found, list)?;
             screen.polish(&mut found, watch)?;
+        }
+        if !found.first().is_some_and(Contender::reaches_floor) {
+            screen.restart(&mut found, RESTARTED, watch)?;
         }
         pairs.extend(found);
         screen.sort(&mut pairs);

@@ -16,6 +16,8 @@ use crate::watch::Watch;
 
 /// Single effects with which pairs are formed when none alone is enough.
 const PAIR_LEADERS: usize = 2;
+/// Single effects that are searched for again from their own optima.
+const RESTARTED: usize = 3;
 /// Single effects that are judged on the runs kept out, the best ones.
 const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
@@ -85,7 +87,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.polish(&mut singles, watch)?;
     }
     if !settled(&singles, &calibrated) {
-        screen.restart(&mut singles, watch)?;
+        screen.restart(&mut singles, RESTARTED, watch)?;
     }
     let mut held = Vec::new();
     if !settled(&singles, &calibrated) && !watch.stop() {
@@ -97,11 +99,14 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.polish(&mut singles, watch)?;
     }
     if !settled(&singles, &calibrated) {
-        screen.restart(&mut singles, watch)?;
+        screen.restart(&mut singles, RESTARTED, watch)?;
     }
     let claimed = singles
         .first()
         .is_some_and(|s| s.score(screen.samples) < calibrated.score(screen.samples) - NULL_GAIN);
+    if claimed && at_floor(&singles, &calibrated) && !watch.stop() {
+        screen.compare_forms(&mut singles)?;
+    }
     let mut pairs = match (at_floor(&singles, &calibrated), claimed) {
         // Down to the noise already: a second effect may still hide behind the first.
         (true, true) => pairs::behind_the_best(&screen, &list, &mut singles, watch)?,
