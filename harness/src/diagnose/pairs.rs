@@ -31,7 +31,7 @@ pub(super) fn behind_the_best(
 
 /// Pairs of effects of which none alone explains the data, best first: each of `leaders`, fitted with the reference model
 /// held to what is believed of it, with every other in the same way, the best then fitted freely. Ends with the first
-/// leader that has a pair down to the noise.
+/// leader that has a pair without values of its own along each run down to the noise.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -43,7 +43,10 @@ pub(super) fn held(
 ) -> Result<Vec<Contender>, Error> {
     let mut pairs: Vec<Contender> = Vec::new();
     let mut led: Vec<Choice> = Vec::new();
-    for leader in leaders {
+    // Values of their own along each run imitate much: such a leader comes last, and its pairs do not end the search.
+    let (local, simple): (Vec<&Contender>, Vec<&Contender>) =
+        leaders.iter().partition(|leader| leader.is_local());
+    for leader in simple.into_iter().chain(local) {
         let first = &leader.choices[0];
         let mut jobs = with(first, list, &led);
         let mut found = screen.freed(&screen.compete(&jobs, leader, HELD, watch)?)?;
@@ -66,7 +69,8 @@ pub(super) fn held(
         pairs.extend(found);
         screen.sort(&mut pairs);
         led.push(first.clone());
-        if watch.stop() || pairs.first().is_some_and(Contender::reaches_floor) {
+        let explains = |p: &Contender| p.reaches_floor() && !p.is_local();
+        if watch.stop() || pairs.first().is_some_and(explains) {
             break;
         }
     }
