@@ -43,7 +43,7 @@ FEW = slice(None, None, 8)
 # What this project's sweeps use where nothing else is asked for.
 TOLERANCE = 1e-10
 # Agreement that is asked for between all runs that are compared.
-SAME = 1e-4
+SAME = 1e-7
 
 
 class Ours:
