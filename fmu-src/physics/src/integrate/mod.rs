@@ -91,12 +91,13 @@ impl Segment {
         }
     }
 
-    /// The polynomial of `offset(theta) + sum_i row_i x_i`, for an offset given by its coefficients.
+    /// The polynomial of `offset(theta) + sum_i row_i x_i`, for an offset given by its coefficients; the row may be
+    /// longer than there are states.
     pub fn combine(&self, row: &[f64], offset: &[f64]) -> [f64; MAX_DEGREE + 1] {
         let mut out = [0.0; MAX_DEGREE + 1];
         out[..offset.len()].copy_from_slice(offset);
         for (sum, c) in out.iter_mut().zip(&self.coefficients).take(self.degree + 1) {
-            for (r, x) in row.iter().zip(c) {
+            for (r, x) in row.iter().zip(&c[..self.dimension]) {
                 *sum += r * x;
             }
         }

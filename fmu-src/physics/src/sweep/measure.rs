@@ -24,8 +24,9 @@ pub(super) struct Stretch {
     /// Begin and end in s.
     from: f64,
     pub(super) to: f64,
-    /// Displacement in m at even times.
+    /// Displacement in m at even times; none of a stretch that is discarded.
     pub(super) samples: Vec<f64>,
+    sampled: bool,
     /// Sampling interval in s.
     pub(super) interval: f64,
     /// The last peak, from which the motion can be gone on with.
@@ -33,8 +34,8 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// A stretch that begins now.
-    pub(super) fn new(follower: &Follower, section: Section) -> Self {
+    /// A stretch that begins now; `sampled` where its spectrum will be wanted.
+    pub(super) fn new(follower: &Follower, section: Section, sampled: bool) -> Self {
         let now = follower.run().piece().end;
         let modes = follower.run().model().beam().modes();
         let highest = modes.iter().fold(0.0, |a: f64, m| a.max(m.frequency));
@@ -47,6 +48,7 @@ impl Stretch {
             from: now,
             to: now,
             samples: Vec::new(),
+            sampled,
             interval: 1.0 / (PER_PERIOD * highest),
             last: None,
         }
@@ -70,7 +72,9 @@ impl Stretch {
             self.last = Some(*peak);
         }
         self.to = features.to;
-        self.sample(follower);
+        if self.sampled {
+            self.sample(follower);
+        }
         Ok(())
     }
 

@@ -120,7 +120,7 @@ pub fn evaluate(
     let inputs = subject.model.inputs;
     let run = Simulation::from_model(subject.model.clone(), inputs, &begin, tolerance)?;
     let mut path = Path::new(run);
-    let Some(mut stretch) = path.stretch(rule, rule.settle, None)? else {
+    let Some(mut stretch) = path.stretch(rule, rule.settle, false, None)? else {
         return Ok(rest(&path));
     };
     let mut round = 0;
@@ -132,7 +132,7 @@ pub fn evaluate(
         let mut companion = rule
             .lyapunov
             .then(|| Companion::new(&path.follower, amplitude, tolerance));
-        match path.stretch(rule, rule.cycles, companion.as_mut())? {
+        match path.stretch(rule, rule.cycles, true, companion.as_mut())? {
             Some(next) => stretch = next,
             None => return Ok(rest(&path)),
         }
@@ -185,9 +185,10 @@ impl Path {
         &mut self,
         rule: &Rule,
         peaks: usize,
+        sampled: bool,
         mut companion: Option<&mut Companion>,
     ) -> Result<Option<Stretch>, PhysicsError> {
-        let mut stretch = Stretch::new(&self.follower, rule.section);
+        let mut stretch = Stretch::new(&self.follower, rule.section, sampled);
         let mut seen = stretch.to;
         while stretch.peaks.len() < peaks {
             stretch.next(&mut self.follower, &mut self.features)?;

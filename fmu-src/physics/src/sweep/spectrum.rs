@@ -1,7 +1,13 @@
 //! Amplitude spectrum of an even series, and its strongest line.
 
 use realfft::RealFftPlanner;
+use std::cell::RefCell;
 use std::f64::consts::TAU;
+
+thread_local! {
+    /// Remembers the factors of each length: to work them out costs more than the transform.
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
 
 /// Amplitudes over even frequencies.
 #[derive(Debug, Clone)]
@@ -34,7 +40,7 @@ pub fn spectrum(samples: &[f64], interval: f64) -> Spectrum {
         weight += h;
         *p = h * (x - mean);
     }
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(length));
     let mut lines = transform.make_output_vec();
     transform
         .process(&mut padded, &mut lines)
