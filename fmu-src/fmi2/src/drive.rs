@@ -5,7 +5,7 @@ use crate::fmu_state::{misfit, open, optional, seal};
 use crate::lifecycle::{Function, Interface, Phase};
 use crate::model::{Model, SavedState, copied, own};
 use crate::status::{Fault, Status};
-use crate::values::Access;
+use crate::values::{Access, finite_rate, first_order};
 use beam_model_description::Causality;
 use beam_model_description::belt_drive::{Item, VARIABLES, Variable, index_of_reference};
 use beam_physics::belt_drive::{BeltDrive, DriveState, Load};
@@ -42,20 +42,6 @@ fn find(reference: u32, access: Access) -> Result<&'static Variable, Fault> {
         name: variable.name,
         actual: Access::Real.name(),
         asked: access.name(),
-    })
-}
-
-/// Refuses derivatives of any order but the first.
-fn first_order(function: Function, order: i32) -> Result<(), Fault> {
-    if order == 1 {
-        return Ok(());
-    }
-    Err(Fault::BadArgument {
-        function,
-        argument: "order",
-        value: f64::from(order),
-        unit: "1",
-        required: "1".into(),
     })
 }
 
@@ -325,15 +311,7 @@ impl Model for Drive {
                 }
             };
             first_order(function, order)?;
-            if !rate.is_finite() {
-                return Err(Fault::BadArgument {
-                    function,
-                    argument: "value",
-                    value: rate,
-                    unit: "1/s of the input's unit",
-                    required: "finite".into(),
-                });
-            }
+            finite_rate(rate)?;
             wanted[place] = rate;
         }
         self.input_rates = wanted;

@@ -414,24 +414,8 @@ impl Content {
                     phase: self.phase,
                     reason: "not an input, so it has no input derivative",
                 })?;
-            if order != 1 {
-                return Err(Fault::BadArgument {
-                    function: Function::SetRealInputDerivatives,
-                    argument: "order",
-                    value: f64::from(order),
-                    unit: "1",
-                    required: "1".into(),
-                });
-            }
-            if !rate.is_finite() {
-                return Err(Fault::BadArgument {
-                    function: Function::SetRealInputDerivatives,
-                    argument: "value",
-                    value: rate,
-                    unit: "1/s of the input's unit",
-                    required: "finite".into(),
-                });
-            }
+            first_order(Function::SetRealInputDerivatives, order)?;
+            finite_rate(rate)?;
             wanted[place] = rate;
         }
         self.input_rates = wanted;
@@ -464,15 +448,7 @@ impl Content {
         let rates = run.output_rates()?;
         for (position, (&reference, &order)) in references.iter().zip(orders).enumerate() {
             let variable = &self.layout.variables()[find(self.layout, reference, Access::Real)?];
-            if order != 1 {
-                return Err(Fault::BadArgument {
-                    function,
-                    argument: "order",
-                    value: f64::from(order),
-                    unit: "1",
-                    required: "1".into(),
-                });
-            }
+            first_order(function, order)?;
             let outputs = run.outputs();
             let rate = match variable.quantity {
                 Quantity::TipDisplacement => rates.displacement,
@@ -499,4 +475,32 @@ impl Content {
         }
         Ok(())
     }
+}
+
+/// Refuses derivatives of any order but the first.
+pub(crate) fn first_order(function: Function, order: i32) -> Result<(), Fault> {
+    if order == 1 {
+        return Ok(());
+    }
+    Err(Fault::BadArgument {
+        function,
+        argument: "order",
+        value: f64::from(order),
+        unit: "1",
+        required: "1".into(),
+    })
+}
+
+/// The derivative of an input must be a number.
+pub(crate) fn finite_rate(rate: f64) -> Result<(), Fault> {
+    if rate.is_finite() {
+        return Ok(());
+    }
+    Err(Fault::BadArgument {
+        function: Function::SetRealInputDerivatives,
+        argument: "value",
+        value: rate,
+        unit: "1/s of the input's unit",
+        required: "finite".into(),
+    })
 }

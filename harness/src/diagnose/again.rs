@@ -19,9 +19,9 @@ const LENDERS: usize = 2;
 const SAME_LINE: f64 = 2e-3;
 
 impl Screen<'_> {
-    /// Searches for the last effects of the best contenders, `most` at most, again from their own optima, barely on and with other shapes: a shape
-    /// fitted beside wrong nuisances may have wandered into a valley (a drift of friction to one fifteen times as
-    /// slow) from which only another start leads out once the nuisances are right.
+    /// Searches for the last effects of the best contenders, `most` at most, again from their own optima, barely on and with
+    /// other shapes: a shape fitted beside wrong nuisances may have wandered into a valley (a drift of friction to one
+    /// fifteen times as slow) from which only another start leads out once the nuisances are right.
     ///
     /// # Errors
     /// An FMU that can't be run.
@@ -68,12 +68,11 @@ impl Screen<'_> {
     /// # Errors
     /// An FMU that can't be run.
     pub fn compare_forms(&self, contenders: &mut Vec<Contender>) -> Result<(), Error> {
-        let effects = |c: &Contender| c.choices.iter().map(|c| c.effect).collect::<Vec<usize>>();
-        let Some(best) = contenders.first().map(effects) else {
+        let Some(best) = contenders.first().map(Contender::effects) else {
             return Ok(());
         };
         let forms: Vec<usize> = (0..contenders.len())
-            .filter(|&i| effects(&contenders[i]) == best)
+            .filter(|&i| contenders[i].effects() == best)
             .collect();
         if forms.len() > 1 {
             let again = parallel(&forms, |&i| self.further(&contenders[i], POLISH))?;

@@ -88,12 +88,14 @@ pub fn conclude(
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
     let trial = &steps[last].trial;
     let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
+    let break_aways = super::break_away::describe(session);
     let summary = words(
         session,
         verdict,
         &effects,
         &ladder,
         &colours,
+        &break_aways,
         selection.stopped,
     );
     let next_measurement = match verdict {
@@ -105,6 +107,7 @@ pub fn conclude(
         &steps[0].trial.hypothesis,
         &steps[0].fit,
         &steps[0].holdout,
+        &break_aways,
     )?;
     let proposed_terms = match verdict {
         Verdict::UnknownEffect => super::propose::propose(session),

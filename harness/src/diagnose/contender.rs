@@ -70,6 +70,13 @@ impl Contender {
         })
     }
 
+    /// Indices of its effects, sorted.
+    pub fn effects(&self) -> Vec<usize> {
+        let mut list: Vec<usize> = self.choices.iter().map(|c| c.effect).collect();
+        list.sort_unstable();
+        list
+    }
+
     /// Number of parameters, those of the runs included.
     pub fn size(&self) -> usize {
         let free = |k: &&Knob| k.prior_std > 0.0;

@@ -1,6 +1,7 @@
 //! What the contact does at an instant: stick, break-away, slip, arrival.
 
-use crate::observer::{Phase, PhaseMode};
+use crate::measurement::Run;
+use crate::observer::{Phase, PhaseMode, StickSlip};
 
 /// What the contact does at a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,8 +48,35 @@ impl Moment {
 /// Time about a transition in s that belongs to it.
 pub const MARGIN: f64 = 5e-4;
 
+/// Where a run is at an instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Instant {
+    /// Place in the smoothed motion.
+    pub slot: usize,
+    /// What the contact does.
+    pub moment: Moment,
+    /// Distance that belt and tip have moved against each other since the run began, in m.
+    pub travel: f64,
+}
+
+impl Instant {
+    /// `time` in s since the run began, by its smoothed motion.
+    pub fn new(run: &Run, motion: &StickSlip, time: f64) -> Self {
+        let smoothed = &motion.smoothed;
+        let slot =
+            ((time / smoothed.sample_interval).round() as usize).min(smoothed.force.len() - 1);
+        let speeding_up = motion.relative_velocity[slot] * smoothed.acceleration[slot] > 0.0;
+        let moved = smoothed.displacement[slot] - smoothed.displacement[0];
+        Self {
+            slot,
+            moment: moment(&motion.phases, time, speeding_up),
+            travel: run.belt_velocity * time - moved,
+        }
+    }
+}
+
 /// What the contact does at `time` in s since the run began; `speeding_up` tells the two halves of slip apart.
-pub fn moment(phases: &[Phase], time: f64, speeding_up: bool) -> Moment {
+fn moment(phases: &[Phase], time: f64, speeding_up: bool) -> Moment {
     let at = phases.partition_point(|p| p.start <= time).max(1) - 1;
     let sticks = |i: usize| phases.get(i).is_some_and(|p| p.mode == PhaseMode::Stick);
     let here = &phases[at];

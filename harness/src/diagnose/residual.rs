@@ -1,10 +1,10 @@
 //! Where the calibrated model fails: by phase of the contact, operating point, frequency and place.
 
-use super::break_away;
+use super::break_away::BreakAways;
 use super::dependence;
 use super::hypothesis::Hypothesis;
 use super::judge::Judgement;
-use super::moment::{Moment, moment};
+use super::moment::{Instant, Moment};
 use super::replay::{Replay, replay};
 use super::session::Session;
 use super::unexplained::median;
@@ -28,6 +28,7 @@ pub fn describe(
     hypothesis: &Hypothesis,
     fit: &Judgement,
     holdout: &Judgement,
+    break_aways: &[BreakAways],
 ) -> Result<Value, Error> {
     let replays = replays(session, hypothesis, fit, holdout)?;
     let misses = misses(session, &replays);
@@ -42,7 +43,7 @@ pub fn describe(
         "by_frequency": over_noise,
         "by_belt_position": by_belt_position(session, &misses),
         "unexplained_force": dependence::describe(session),
-        "break_away": break_away::describe(session),
+        "break_away": break_aways,
     }))
 }
 
@@ -81,19 +82,14 @@ fn misses(session: &Session, replays: &BTreeMap<usize, Replay>) -> Vec<Miss> {
         let shot = &session.shots[index];
         let run = &session.campaign.runs[shot.run];
         let motion = &session.smoothings[shot.run].stick_slip;
-        let smoothed = &motion.smoothed;
         let trusted = (0..shot.time.len()).filter(|&k| shot.trusted[k]);
         for k in trusted.filter(|&k| replay.displacement[k].is_finite()) {
-            let time = shot.time[k] - run.time[0];
-            let slot = (time / smoothed.sample_interval).round() as usize;
-            let slot = slot.min(smoothed.force.len() - 1);
-            let speeding_up = motion.relative_velocity[slot] * smoothed.acceleration[slot] > 0.0;
-            let moved = smoothed.displacement[slot] - smoothed.displacement[0];
+            let instant = Instant::new(run, motion, shot.time[k] - run.time[0]);
             let error = (shot.measured[k] - replay.displacement[k]).abs();
             out.push(Miss {
                 run: shot.run,
-                moment: moment(&motion.phases, time, speeding_up),
-                travel: run.belt_velocity * time - moved,
+                moment: instant.moment,
+                travel: instant.travel,
                 size: error / session.noise[shot.run] / NORMAL_MEDIAN,
             });
         }

@@ -6,13 +6,6 @@ use super::select::Selection;
 /// Rivals whose score lies within this of the best can't be told from it.
 const TIE: f64 = 12.0;
 
-/// Indices of the effects of a hypothesis, sorted.
-fn effects(contender: &Contender) -> Vec<usize> {
-    let mut list: Vec<usize> = contender.choices.iter().map(|c| c.effect).collect();
-    list.sort_unstable();
-    list
-}
-
 /// The others with as many effects as the hypothesis at the end of the path that explain the data as well.
 fn alike(selection: &Selection) -> impl Iterator<Item = &Contender> {
     let best = selection.path.last();
@@ -31,7 +24,7 @@ pub fn rivals(selection: &Selection) -> Vec<&Contender> {
     let Some(best) = selection.path.last() else {
         return Vec::new();
     };
-    let others = alike(selection).filter(|c| effects(c) != effects(best));
+    let others = alike(selection).filter(|c| c.effects() != best.effects());
     std::iter::once(best).chain(others).collect()
 }
 
@@ -41,6 +34,6 @@ pub fn other_forms(selection: &Selection) -> Vec<&Contender> {
         return Vec::new();
     };
     alike(selection)
-        .filter(|c| effects(c) == effects(best))
+        .filter(|c| c.effects() == best.effects())
         .collect()
 }

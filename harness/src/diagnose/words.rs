@@ -1,6 +1,6 @@
 //! A diagnosis in words: the summary, and remarks on the data.
 
-use super::break_away::{self, BreakAways};
+use super::break_away::BreakAways;
 use super::contender::FLOOR_COLOUR;
 use super::outcome::{FoundEffect, Rung, Verdict};
 use super::search::Trial;
@@ -108,9 +108,9 @@ fn helps(session: &Session, calibrated: &Rung, last: &Rung) -> String {
 const FORETELLS: f64 = 0.2;
 
 /// What the break-aways of a campaign depend on that no effect explains; empty where nothing foretells them.
-fn break_aways(session: &Session) -> String {
-    let mut all = break_away::describe(session);
-    all.retain(|b| b.fall_by_place.is_finite());
+fn foretold(break_aways: &[BreakAways]) -> String {
+    let told = |b: &&BreakAways| b.fall_by_place.is_finite();
+    let all: Vec<&BreakAways> = break_aways.iter().filter(told).collect();
     let mean = |fall: fn(&BreakAways) -> f64| {
         all.iter().map(|b| fall(b).max(0.0)).sum::<f64>() / all.len() as f64
     };
@@ -155,6 +155,7 @@ pub(super) fn words(
     effects: &[FoundEffect],
     ladder: &[Rung],
     colour: &[f64],
+    break_aways: &[BreakAways],
     stopped: bool,
 ) -> String {
     let last = ladder.last().expect("the ladder has its first rung");
@@ -223,7 +224,7 @@ pub(super) fn words(
                 "{tried} {:.1} times the sensor noise remains, and {without}.{near}{}{}",
                 calibrated.holdout_over_noise,
                 helps(session, calibrated, last),
-                break_aways(session)
+                foretold(break_aways)
             )
         }
     }

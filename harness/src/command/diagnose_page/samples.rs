@@ -1,7 +1,7 @@
 //! Every sample of the shots with what was measured there, what the contact did, and what two models say.
 
 use super::views::View;
-use crate::diagnose::moment::{Moment, moment};
+use crate::diagnose::moment::{Instant, Moment};
 use crate::diagnose::session::Session;
 
 /// One sample of a shot.
@@ -37,25 +37,19 @@ pub fn samples(session: &Session, pair: &[View; 2]) -> Vec<Sample> {
         let motion = &session.smoothings[shot.run].stick_slip;
         let smoothed = &motion.smoothed;
         for k in (0..shot.time.len()).filter(|&k| shot.trusted[k]) {
-            let time = shot.time[k] - run.time[0];
-            let slot =
-                ((time / smoothed.sample_interval).round() as usize).min(smoothed.force.len() - 1);
-            let (force, displacement) = (smoothed.force[slot], smoothed.displacement[slot]);
-            let relative_velocity = motion.relative_velocity[slot];
+            let instant = Instant::new(run, motion, shot.time[k] - run.time[0]);
+            let slot = instant.slot;
+            let force = smoothed.force[slot];
             let both = |value: &dyn Fn(&crate::diagnose::replay::Replay) -> f64| {
                 [before.map_or(f64::NAN, value), value(after)]
             };
             out.push(Sample {
                 run: shot.run,
                 since_start: shot.time[k] - shot.time[0],
-                moment: moment(
-                    &motion.phases,
-                    time,
-                    relative_velocity * smoothed.acceleration[slot] > 0.0,
-                ),
-                relative_velocity,
-                displacement,
-                travel: run.belt_velocity * time - (displacement - smoothed.displacement[0]),
+                moment: instant.moment,
+                relative_velocity: motion.relative_velocity[slot],
+                displacement: smoothed.displacement[slot],
+                travel: instant.travel,
                 force,
                 residual: both(&|r| shot.measured[k] - r.displacement[k]),
                 unexplained: both(&|r| force - r.force[k]),
