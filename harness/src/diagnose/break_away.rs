@@ -11,20 +11,14 @@
 //! reason makes a long stick. The force at the beginning is known before the threshold is met, and a low one makes a long
 //! stick too; ageing shows as a falling line over it. Where the runs pass each place once, place and time can't be told apart.
 
+use super::break_away_events::{Event, line};
+use super::place_map::Places;
 use super::session::Session;
-use super::shot::Smoothing;
-use crate::observer::PhaseMode;
+use nalgebra::DVector;
 use serde::Serialize;
 
 /// Events without which nothing is said.
 const FEWEST: usize = 8;
-/// Time in s before a transition in which the smoothed force can't follow.
-const CLEAR: f64 = 4e-4;
-/// Time in s before that from which the force is carried on.
-const BEFORE: f64 = 1.2e-3;
-/// Widths of the weight that are tried, in units of the median distance of the events.
-const WIDTHS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-
 /// What predicts the break-aways of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct BreakAways {
@@ -38,6 +32,8 @@ pub struct BreakAways {
     pub scatter: f64,
     /// Fall of that error (1) where the place on the belt is known.
     pub fall_by_place: f64,
+    /// Probability of as large a fall by chance: share of the permutations of the forces over the places that reach it.
+    pub fall_by_place_by_chance: f64,
     /// Width of the weight in m with which that was reached.
     pub place_width_m: f64,
     /// Fall where the dwell is known, which high thresholds lengthen themselves.
@@ -46,68 +42,43 @@ pub struct BreakAways {
     pub fall_by_dwell_foretold: f64,
 }
 
-/// A break-away after a whole stick.
-#[derive(Debug, Clone, Copy)]
-struct Event {
-    force: f64,
-    beginning: f64,
-    place: f64,
-    dwell: f64,
-}
-
 /// The break-aways of every run.
 pub fn describe(session: &Session) -> Vec<BreakAways> {
-    let runs = session.campaign.runs.iter().zip(&session.smoothings);
-    runs.map(|(run, smoothing)| {
-        let events = events(smoothing, run.belt_velocity, run.normal_force);
-        predict(&run.name, &events)
-    })
-    .collect()
-}
-
-fn events(smoothing: &Smoothing, belt: f64, normal: f64) -> Vec<Event> {
-    let smoothed = &smoothing.stick_slip.smoothed;
-    let h = smoothed.sample_interval;
-    let last = smoothed.force.len() - 1;
-    // A line through the force over the samples from `from` to `to` in s, at `at` in s.
-    let carried = |from: f64, to: f64, at: f64| -> Option<f64> {
-        let (first, past) = ((from / h).ceil() as usize, (to / h).floor() as usize);
-        let points: Vec<(f64, f64)> = (first..=past.min(last))
-            .map(|k| (k as f64 * h - at, smoothed.force[k].abs() / normal))
-            .collect();
-        (points.len() > 1).then(|| line(&points).0)
-    };
-    let phases = &smoothing.stick_slip.phases;
-    let sticks = phases.windows(3).filter(|w| {
-        let modes = [0, 1, 2].map(|i| w[i].mode == PhaseMode::Stick);
-        modes == [false, true, false]
-    });
-    sticks
-        .filter_map(|w| {
-            let (start, end) = (w[1].start, w[1].end);
-            // Both ends need room.
-            if end - start < 2.0 * (BEFORE + CLEAR) {
-                return None;
-            }
-            let k = (((end - CLEAR) / h) as usize).min(last);
-            let moved = smoothed.displacement[k] - smoothed.displacement[0];
-            Some(Event {
-                force: carried(end - BEFORE - CLEAR, end - CLEAR, end)?,
-                beginning: carried(start + CLEAR, start + CLEAR + BEFORE, start)?,
-                place: belt * k as f64 * h - moved,
-                dwell: end - start,
-            })
-        })
+    let runs = session.campaign.runs.iter().zip(&session.break_aways);
+    runs.map(|(run, events)| predict(&run.name, events))
         .collect()
 }
 
-fn predict(file: &str, events: &[Event]) -> BreakAways {
+/// Fall of the error by the place that counts: what is measured of break-aways where nothing depends on the place falls so
+/// far in single runs, but not in all of a campaign.
+const TOLD: f64 = 0.3;
+/// Probability by chance that counts as none.
+const CHANCE: f64 = 0.01;
+/// Events that one run must have.
+const MANY: usize = 30;
+
+/// Whether the break-aways tell that friction depends on the place: in every run that has enough of them the place takes
+/// away at least 30 % of the error, which by chance happens once in a hundred permutations at most, and in one run there
+/// are thirty of them.
+pub fn place_is_told(runs: &[BreakAways]) -> bool {
+    let enough: Vec<&BreakAways> = runs
+        .iter()
+        .filter(|b| b.fall_by_place.is_finite())
+        .collect();
+    enough.iter().any(|b| b.events >= MANY)
+        && enough
+            .iter()
+            .all(|b| b.fall_by_place >= TOLD && b.fall_by_place_by_chance <= CHANCE)
+}
+
+pub(super) fn predict(file: &str, events: &[Event]) -> BreakAways {
     let mut out = BreakAways {
         file: file.to_owned(),
         events: events.len(),
         mean: f64::NAN,
         scatter: f64::NAN,
         fall_by_place: f64::NAN,
+        fall_by_place_by_chance: f64::NAN,
         place_width_m: f64::NAN,
         fall_by_dwell: f64::NAN,
         fall_by_dwell_foretold: f64::NAN,
@@ -120,19 +91,11 @@ fn predict(file: &str, events: &[Event]) -> BreakAways {
     out.scatter = left_out(events, |others, _| {
         others.iter().map(force).sum::<f64>() / others.len() as f64
     });
-    let fall = |error: f64| 1.0 - error / out.scatter;
-    let spacing = median_distance(events);
-    let (width, error) = WIDTHS
-        .iter()
-        .map(|w| w * spacing)
-        .map(|width| {
-            (
-                width,
-                left_out(events, |others, e| near(others, e.place, width)),
-            )
-        })
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .expect("widths are tried");
+    let scatter = out.scatter;
+    let fall = |error: f64| 1.0 - error / scatter;
+    let places = Places::new(events);
+    let forces = DVector::from_iterator(events.len(), events.iter().map(force));
+    let (width, error) = places.best(&forces);
     let over = |read: fn(&Event) -> f64| {
         left_out(events, |others, e| {
             let points: Vec<(f64, f64)> = others
@@ -145,6 +108,7 @@ fn predict(file: &str, events: &[Event]) -> BreakAways {
     let all: Vec<(f64, f64)> = events.iter().map(|e| (e.beginning, e.force)).collect();
     let falls_with_beginning = line(&all).1 < 0.0;
     out.fall_by_place = fall(error);
+    out.fall_by_place_by_chance = places.by_chance(&forces, error);
     out.place_width_m = width;
     out.fall_by_dwell = fall(over(|e| e.dwell.ln()));
     out.fall_by_dwell_foretold = if falls_with_beginning {
@@ -162,44 +126,6 @@ fn left_out(events: &[Event], predict: impl Fn(&[Event], &Event) -> f64) -> f64 
         (events[i].force - predict(&others, &events[i])).powi(2)
     });
     (squares.sum::<f64>() / events.len() as f64).sqrt()
-}
-
-/// Mean force of events near a place.
-fn near(events: &[Event], place: f64, width: f64) -> f64 {
-    let nearest = events
-        .iter()
-        .map(|e| ((e.place - place) / width).powi(2))
-        .fold(f64::INFINITY, f64::min);
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for e in events {
-        // Relative to the nearest one, so that a lonely event is predicted by its neighbour.
-        let weight = (-0.5 * (((e.place - place) / width).powi(2) - nearest)).exp();
-        sum += weight * e.force;
-        weights += weight;
-    }
-    sum / weights
-}
-
-fn median_distance(events: &[Event]) -> f64 {
-    let mut places: Vec<f64> = events.iter().map(|e| e.place).collect();
-    places.sort_by(f64::total_cmp);
-    let mut distances: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
-    super::unexplained::median(&mut distances).max(1e-12)
-}
-
-/// Intercept and slope of the line through points.
-fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len() as f64;
-    let (x, y) = points
-        .iter()
-        .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for p in points {
-        xx += (p.0 - x).powi(2);
-        xy += (p.0 - x) * (p.1 - y);
-    }
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    (y - slope * x, slope)
 }
 
 #[cfg(test)]
@@ -261,6 +187,28 @@ mod tests {
         let found = predict("run", &pulled(80, |i| 0.2 + 0.1 * random(i), aged));
         assert!(found.fall_by_dwell_foretold > 0.7, "{found:?}");
         assert!(found.fall_by_place < 0.1, "{found:?}");
+    }
+
+    #[test]
+    fn the_place_is_told_only_if_it_is_in_every_run() {
+        let along = |i: usize| 0.5 + 0.1 * (0.3 * i as f64).sin();
+        let by_place = predict(
+            "by place",
+            &pulled(40, |i| 0.2 + 0.03 * random(i), |i, _| along(i)),
+        );
+        // A threshold drawn anew for each stick has no place.
+        let drawn = |i: usize, _: f64| 0.5 + 0.1 * random(i + 1000);
+        let at_random = predict("at random", &pulled(40, |i| 0.2 + 0.03 * random(i), drawn));
+        assert!(by_place.fall_by_place_by_chance <= 0.01, "{by_place:?}");
+        assert!(at_random.fall_by_place_by_chance > 0.05, "{at_random:?}");
+        assert!(place_is_told(std::slice::from_ref(&by_place)));
+        assert!(!place_is_told(std::slice::from_ref(&at_random)));
+        assert!(!place_is_told(&[by_place, at_random]));
+        let few = predict(
+            "few",
+            &pulled(20, |i| 0.2 + 0.03 * random(i), |i, _| along(i)),
+        );
+        assert!(!place_is_told(&[few]));
     }
 
     #[test]

@@ -38,7 +38,9 @@ pub fn conclude(
     let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
     let verdict = if base_is_enough && is_white(0) {
         Verdict::NoMissingEffect
-    } else if selection.explained && !selection.path.is_empty() && is_white(last) && predicts {
+    } else if selection.explained && !selection.path.is_empty() && is_white(last) && predicts
+        || selection.by_break_aways
+    {
         Verdict::EffectFound
     } else {
         Verdict::UnknownEffect
@@ -88,16 +90,7 @@ pub fn conclude(
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
     let trial = &steps[last].trial;
     let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
-    let break_aways = super::break_away::describe(session);
-    let summary = words(
-        session,
-        verdict,
-        &effects,
-        &ladder,
-        &colours,
-        &break_aways,
-        selection.stopped,
-    );
+    let summary = words(session, verdict, &effects, &ladder, &colours, selection);
     let next_measurement = match verdict {
         Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
         _ => None,
@@ -107,7 +100,7 @@ pub fn conclude(
         &steps[0].trial.hypothesis,
         &steps[0].fit,
         &steps[0].holdout,
-        &break_aways,
+        &selection.break_aways,
     )?;
     let proposed_terms = match verdict {
         Verdict::UnknownEffect => super::propose::propose(session),
@@ -289,6 +282,7 @@ fn found(
             threshold: selection.threshold,
             p_value: p_value(selection, i, gain),
             floor_ratio: steps[i + 1].fit.quantile(0.5),
+            break_away_falls: break_away_falls(selection),
         },
         confounded_with,
         other_forms,
@@ -317,6 +311,13 @@ fn values_in(
     let settings = other.settings.iter();
     let given = settings.map(|&(i, value)| (card.parameters[i].name.clone(), value));
     Some(fitted.chain(given).collect())
+}
+
+/// For each run the fall of the error of predicting its break-aways by their place, if the effect is believed for that.
+fn break_away_falls(selection: &Selection) -> Vec<f64> {
+    let runs = selection.break_aways.iter();
+    let falls = runs.map(|b| b.fall_by_place);
+    falls.filter(|_| selection.by_break_aways).collect()
 }
 
 /// Probability of a gain as large by chance, from the campaigns simulated for step `i`; never below one in their number

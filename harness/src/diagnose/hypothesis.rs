@@ -8,8 +8,10 @@ use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Campaign};
 use crate::observer::{Mode, Structure};
 
-/// Most profile nodes that one run is given.
-pub const MAX_NODES: usize = 32;
+/// Profile nodes that a run is given, ...
+const NODES: usize = 32;
+/// ... and more where the break-aways are so many that each node has so many of them.
+const EVENTS_A_NODE: usize = 2;
 
 /// An effect chosen, with the values of its settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,6 +105,17 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
     })
 }
 
+/// What a run passes of the belt.
+#[derive(Debug, Clone, Copy)]
+pub struct Track {
+    /// Smallest belt travel in m.
+    pub low: f64,
+    /// Largest belt travel in m.
+    pub high: f64,
+    /// Number of break-aways on it.
+    pub break_aways: usize,
+}
+
 /// The reference model with the effects chosen, ready to be fitted to a campaign.
 pub struct Hypothesis {
     /// Effects that are on.
@@ -127,7 +140,7 @@ const MEMORY_STATE: &str = "deflection";
 impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
-    /// `travel` gives for each run the range of belt travel in m that it covers, `spread` the standard deviation of
+    /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
     /// the displacement in m.
     ///
     /// # Errors
@@ -137,7 +150,7 @@ impl Hypothesis {
         campaign: &Campaign,
         catalogue: &[Candidate],
         choices: &[Choice],
-        travel: &[(f64, f64)],
+        tracks: &[Track],
         spread: f64,
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
@@ -287,7 +300,7 @@ impl Hypothesis {
                     Role::Amplitude | Role::Shape => shared.push(knob),
                 }
             }
-            add_profile(effect, travel, &mut own)?;
+            add_profile(effect, tracks, &mut own)?;
         }
         Ok(Self {
             choices: choices.to_vec(),
@@ -307,11 +320,7 @@ impl Hypothesis {
 }
 
 /// Gives each run the nodes of a profile over the belt travel that it covers.
-fn add_profile(
-    effect: &Candidate,
-    travel: &[(f64, f64)],
-    own: &mut [Vec<Knob>],
-) -> Result<(), Error> {
+fn add_profile(effect: &Candidate, tracks: &[Track], own: &mut [Vec<Knob>]) -> Result<(), Error> {
     let nodes: Vec<_> = effect
         .parameters
         .iter()
@@ -332,9 +341,12 @@ fn add_profile(
     if nodes.is_empty() {
         return Ok(());
     }
-    for (knobs, &(low, high)) in own.iter_mut().zip(travel) {
-        let span = (high - low).max(1e-9);
-        let used = nodes.len().min(MAX_NODES);
+    for (knobs, track) in own.iter_mut().zip(tracks) {
+        let low = track.low;
+        let span = (track.high - low).max(1e-9);
+        let used = nodes
+            .len()
+            .min(NODES.max(track.break_aways / EVENTS_A_NODE));
         let spacing = span / (used - 1) as f64;
         let constant = |reference: u32, name: &str, value: f64| Knob {
             name: format!("{}.{name}", effect.id),

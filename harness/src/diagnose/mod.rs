@@ -2,6 +2,7 @@
 
 mod again;
 pub mod break_away;
+pub mod break_away_events;
 pub mod candidate;
 pub mod conclude;
 pub mod contender;
@@ -17,6 +18,7 @@ pub mod next_measurement;
 mod null;
 pub mod outcome;
 mod pairs;
+mod place_map;
 pub mod predictor;
 pub mod propose;
 pub mod replay;

@@ -46,6 +46,10 @@ pub struct Evidence {
     pub p_value: Option<f64>,
     /// Root of the median mean square error over the noise after the effect: 1 is the floor.
     pub floor_ratio: f64,
+    /// Where the effect is believed for what the break-aways tell, though the errors do not come down to the noise: for each
+    /// run the fall of the error of predicting each break-away from the others by its place (NaN where they are too few).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub break_away_falls: Vec<f64>,
 }
 
 /// An effect that was found.

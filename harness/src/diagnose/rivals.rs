@@ -24,7 +24,9 @@ pub fn rivals(selection: &Selection) -> Vec<&Contender> {
     let Some(best) = selection.path.last() else {
         return Vec::new();
     };
-    let others = alike(selection).filter(|c| c.effects() != best.effects());
+    // What is believed for the break-aways has no rivals among motions that nothing explains.
+    let others =
+        alike(selection).filter(|c| c.effects() != best.effects() && !selection.by_break_aways);
     std::iter::once(best).chain(others).collect()
 }
 

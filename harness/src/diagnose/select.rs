@@ -1,5 +1,7 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
+use super::break_away::{self, BreakAways, place_is_told};
+use super::candidate::Role;
 use super::contender::{Contender, NULL_GAIN};
 use super::fit::Fitter;
 use super::hypothesis::Choice;
@@ -39,6 +41,10 @@ pub struct Selection {
     pub path: Vec<Contender>,
     /// Whether the last of the path (or the calibrated model) is down to the noise.
     pub explained: bool,
+    /// What the break-aways of each run depend on.
+    pub break_aways: Vec<BreakAways>,
+    /// Whether the path is believed for what the break-aways tell, though it does not come down to the noise.
+    pub by_break_aways: bool,
     /// Samples that the comparison rests on.
     pub samples: f64,
     /// Whether it was stopped before its end.
@@ -124,32 +130,24 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         judge_candidates(session, &calibrated, &mut singles, &mut pairs)?;
     }
     let samples = screen.samples;
-    let mut path = Vec::new();
-    let mut explained = calibrated.reaches_floor();
-    // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
-    let alone = singles.first().map_or(f64::INFINITY, |s| {
-        if s.reaches_floor() {
-            s.score(samples)
-        } else {
-            f64::INFINITY
+    let mut path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
+    let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    let break_aways = break_away::describe(session);
+    let profile = list.iter().find(|c| is_profile(session, c));
+    let by_break_aways = match profile {
+        Some(choice) if !explained && !stopped && place_is_told(&break_aways) => {
+            let jobs = [vec![choice.clone()]];
+            let mut found = screen.compete(&jobs, &calibrated, THOROUGH, &Silent(watch))?;
+            screen.polish(&mut found, &Silent(watch))?;
+            calibrated = screen.recalibrate(calibrated, &found)?;
+            singles.extend(path);
+            singles.retain(|s| s.choices != jobs[0]);
+            screen.sort(&mut singles);
+            path = found;
+            true
         }
-    });
-    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < alone - NULL_GAIN;
-    if let Some(best) = pairs.first().filter(believed) {
-        let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);
-        if let Some(first) = first {
-            path.push(singles.remove(first));
-        }
-        path.push(pairs.remove(0));
-        explained = true;
-    } else if singles
-        .first()
-        .is_some_and(|s| s.score(samples) < calibrated.score(samples))
-    {
-        let best = singles.remove(0);
-        explained = best.reaches_floor();
-        path.push(best);
-    }
+        _ => false,
+    };
     Ok(Selection {
         as_given,
         as_given_holdout,
@@ -158,11 +156,60 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         pairs,
         path,
         explained,
+        break_aways,
+        by_break_aways,
         samples,
         stopped,
         threshold: NULL_GAIN,
         by_chance: Vec::new(),
     })
+}
+
+/// Whether an effect has values along the belt.
+fn is_profile(session: &Session, choice: &Choice) -> bool {
+    let parameters = &session.catalogue[choice.effect].parameters;
+    parameters.iter().any(|p| p.role == Role::Node)
+}
+
+/// The effects that are believed, taken out of the lists.
+fn believed_path(
+    singles: &mut Vec<Contender>,
+    pairs: &mut Vec<Contender>,
+    calibrated: &Contender,
+    samples: f64,
+) -> Vec<Contender> {
+    // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
+    let alone = match singles.first() {
+        Some(single) if single.reaches_floor() => single.score(samples),
+        _ => f64::INFINITY,
+    };
+    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < alone - NULL_GAIN;
+    let mut path = Vec::new();
+    if let Some(best) = pairs.first().filter(believed) {
+        let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);
+        path.extend(first.map(|i| singles.remove(i)));
+        path.push(pairs.remove(0));
+        return path;
+    }
+    let Some(first) = singles.first() else {
+        return path;
+    };
+    // What comes down to the noise goes before what gains more for each of its parameters but does not, if it
+    // predicts better what was kept out.
+    let error = |c: &Contender| c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse);
+    let complete = singles.iter().position(|s| {
+        s.reaches_floor()
+            && s.score(samples) < calibrated.score(samples) - NULL_GAIN
+            && error(s) < error(first)
+    });
+    let chosen = match complete {
+        Some(i) if !first.reaches_floor() => i,
+        _ => 0,
+    };
+    if singles[chosen].score(samples) < calibrated.score(samples) {
+        path.push(singles.remove(chosen));
+    }
+    path
 }
 
 /// Simulates `count` campaigns without the effect for each step of a selection's path (for the calibrated model where the
@@ -241,13 +288,17 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         path.push(forms.swap_remove(0));
     }
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    let break_aways = break_away::describe(session);
+    let is_profile_alone = path.len() == 1 && is_profile(session, &path[0].choices[0]);
     Ok(Selection {
         as_given,
         as_given_holdout,
         calibrated,
         singles: Vec::new(),
         pairs: Vec::new(),
+        by_break_aways: !explained && is_profile_alone && place_is_told(&break_aways),
         explained,
+        break_aways,
         samples: screen.samples,
         stopped: path.len() < effects.len(),
         path,

@@ -1,9 +1,10 @@
 //! What every stage of a diagnosis shares: the FMU, the campaign, its shots, and what is held out.
 
+use super::break_away_events::{Event, events};
 use super::candidate::{Candidate, candidates};
 use super::fit::Data;
 use super::friction_prior::FrictionPrior;
-use super::hypothesis::{Choice, Hypothesis, References, structure};
+use super::hypothesis::{Choice, Hypothesis, References, Track, structure};
 use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run, thin};
 use super::unexplained::Spectra;
@@ -32,14 +33,16 @@ pub struct Session<'a> {
     pub references: References,
     /// Each run's motion and force, estimated without a friction law.
     pub smoothings: Vec<Smoothing>,
+    /// Each run's break-aways.
+    pub break_aways: Vec<Vec<Event>>,
     /// All shots, run after run.
     pub shots: Vec<Shot>,
     /// Sensor noise of each run in m.
     pub noise: Vec<f64>,
     /// Standard deviation of each run's displacement in m.
     pub spread: Vec<f64>,
-    /// Range of belt travel that each run covers, in m.
-    pub travel: Vec<(f64, f64)>,
+    /// What each run passes of the belt.
+    pub tracks: Vec<Track>,
     /// Whether a run is kept out of the fit.
     pub held_out: Vec<bool>,
     /// Horizon of a prediction in s.
@@ -76,7 +79,13 @@ impl<'a> Session<'a> {
             let of_run = cut(index, run, smoothing, horizon);
             shots.extend(thin(of_run, smoothing, MOST_SHOTS, GROUP));
         }
-        let travel = (0..campaign.runs.len())
+        let break_aways: Vec<Vec<Event>> = campaign
+            .runs
+            .iter()
+            .zip(&smoothings)
+            .map(|(run, smoothing)| events(run, smoothing))
+            .collect();
+        let tracks = (0..campaign.runs.len())
             .map(|r| {
                 let of_run = || shots.iter().filter(|s| s.run == r);
                 let low = of_run()
@@ -85,10 +94,16 @@ impl<'a> Session<'a> {
                 let high = of_run()
                     .map(|s| s.travel.max(s.travel_end))
                     .fold(f64::NEG_INFINITY, f64::max);
-                if low.is_finite() {
+                let (low, high) = if low.is_finite() {
                     (low, high)
                 } else {
                     (0.0, 1.0)
+                };
+                let break_aways = break_aways[r].len();
+                Track {
+                    low,
+                    high,
+                    break_aways,
                 }
             })
             .collect();
@@ -109,9 +124,10 @@ impl<'a> Session<'a> {
             held_out: hold_out(campaign),
             friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
             spectra: Spectra::default(),
+            break_aways,
             smoothings,
             shots,
-            travel,
+            tracks,
             horizon,
             fmu,
             campaign,
@@ -133,7 +149,7 @@ impl<'a> Session<'a> {
             self.campaign,
             &self.catalogue,
             choices,
-            &self.travel,
+            &self.tracks,
             self.mean_spread(),
             &self.friction,
         )

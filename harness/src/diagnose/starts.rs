@@ -4,6 +4,7 @@
 use super::candidate::{Candidate, Role};
 use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Hypothesis;
+use super::place_map::PlaceMap;
 use super::predictor::{Point, Predictor};
 use super::scan::{self, Line};
 use super::search::{Depth, LOOK_SHARE, Nuisances, STRIDE, Trial, effort, widen};
@@ -120,9 +121,43 @@ pub(super) fn starts<'a>(
         }
     }
     if out.is_empty() {
-        out.push(from_base);
+        out.push(from_base.clone());
+    }
+    if let Some(mapped) = with_place_map(session, h, &from_base) {
+        out.push(mapped);
     }
     out
+}
+
+/// Mean fall of the error of predicting break-aways by the place from which a map of them is a start.
+const MAPPED: f64 = 0.2;
+
+/// A point with the values of a profile along the belt as the break-aways have them; `None` if nothing depends on the place.
+fn with_place_map(session: &Session, h: &Hypothesis, origin: &Point) -> Option<Point> {
+    let maps: Vec<Option<PlaceMap>> = session
+        .break_aways
+        .iter()
+        .map(|e| PlaceMap::new(e))
+        .collect();
+    let falls: Vec<f64> = maps.iter().flatten().map(|m| m.fall.max(0.0)).collect();
+    let mean = falls.iter().sum::<f64>() / falls.len() as f64;
+    if !(mean >= MAPPED) {
+        return None;
+    }
+    let mut point = origin.clone();
+    let mut any = false;
+    for ((knobs, values), map) in h.own.iter().zip(&mut point.own).zip(&maps) {
+        let Some(map) = map.as_ref().filter(|m| m.fall >= MAPPED) else {
+            continue;
+        };
+        for (knob, value) in knobs.iter().zip(values) {
+            if let Some((low, high)) = knob.support {
+                *value = knob.clamp(map.at(0.5 * (low + high)));
+                any = true;
+            }
+        }
+    }
+    any.then_some(point)
 }
 
 /// Points of the shape parameters to start from: the typical one, and others spread over the plausible range.

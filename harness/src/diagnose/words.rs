@@ -83,24 +83,29 @@ const HELPS: f64 = 0.3;
 
 /// What the catalogue removes of a misfit that it does not explain, run by run; empty if that is little.
 fn helps(session: &Session, calibrated: &Rung, last: &Rung) -> String {
-    let fall = |before: f64, after: f64| 1.0 - after / before;
-    let overall = fall(calibrated.holdout_nrmse, last.holdout_nrmse);
+    let overall = 1.0 - last.holdout_nrmse / calibrated.holdout_nrmse;
     if last.step == calibrated.step || !(overall >= HELPS) {
         return String::new();
     }
-    let runs: Vec<String> = session
-        .campaign
-        .runs
-        .iter()
-        .zip(calibrated.by_run.iter().zip(&last.by_run))
-        .map(|(run, (&a, &b))| format!("{} {:.0} %", run.name, 100.0 * fall(a, b)))
-        .collect();
     format!(
         " Part of it is {}: that step removes {:.0} % of the error on runs kept out ({}). It is not all, so it is not named as the cause.",
         last.step.trim_start_matches("+ "),
         100.0 * overall,
-        runs.join(", ")
+        falls_by_run(session, calibrated, last)
     )
+}
+
+/// Fall of the error from one rung to another, run by run.
+fn falls_by_run(session: &Session, before: &Rung, after: &Rung) -> String {
+    let errors = before.by_run.iter().zip(&after.by_run);
+    let runs: Vec<String> = session
+        .campaign
+        .runs
+        .iter()
+        .zip(errors)
+        .map(|(run, (a, b))| format!("{} {:.0} %", run.name, 100.0 * (1.0 - b / a)))
+        .collect();
+    runs.join(", ")
 }
 
 /// Mean fall of the error of predicting break-aways over the runs that is worth a word: less is seen where nothing is
@@ -155,9 +160,13 @@ pub(super) fn words(
     effects: &[FoundEffect],
     ladder: &[Rung],
     colour: &[f64],
-    break_aways: &[BreakAways],
-    stopped: bool,
+    selection: &Selection,
 ) -> String {
+    let Selection {
+        break_aways,
+        stopped,
+        ..
+    } = selection;
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
     let percent = |v: f64| format!("{:.2} %", 100.0 * v);
@@ -176,9 +185,23 @@ pub(super) fn words(
                         .iter()
                         .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
                         .collect();
-                    format!("{} ({title}; {})", e.id, values.join(", "))
+                    let known: Vec<&str> = std::iter::once(title)
+                        .chain(values.iter().map(String::as_str))
+                        .collect();
+                    format!("{} ({})", e.id, known.join("; "))
                 })
                 .collect();
+            if selection.by_break_aways {
+                return format!(
+                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which no effect of the catalogue removes. To tell the place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
+                    names.join(" and "),
+                    foretold(break_aways),
+                    percent(calibrated.holdout_nrmse),
+                    percent(last.holdout_nrmse),
+                    falls_by_run(session, calibrated, last),
+                    last.holdout_over_noise
+                );
+            }
             let ties: Vec<&str> = effects
                 .iter()
                 .flat_map(|e| e.confounded_with.iter().map(String::as_str))
@@ -210,12 +233,12 @@ pub(super) fn words(
             } else {
                 String::new()
             };
-            let tried = if stopped {
+            let tried = if *stopped {
                 "The search was stopped, so this is not decided: after calibration"
             } else {
                 "Something outside the catalogue is missing: after calibration"
             };
-            let without = if stopped {
+            let without = if *stopped {
                 "none of the candidates tried so far removes it"
             } else {
                 "no effect of the catalogue, nor two of them, removes it"

@@ -6,7 +6,7 @@ use crate::error::PhysicsError;
 use crate::unit::{METRE, ONE};
 
 /// Most nodes of a profile.
-pub const MAX_NODES: usize = 32;
+pub const MAX_NODES: usize = 96;
 /// Parameters before the nodes.
 const LENGTH: usize = 0;
 const START: usize = 1;
@@ -51,11 +51,20 @@ const fn parameter(
     }
 }
 
+#[rustfmt::skip]
 const NODE_NAMES: [&str; MAX_NODES] = [
     "node[1]", "node[2]", "node[3]", "node[4]", "node[5]", "node[6]", "node[7]", "node[8]",
     "node[9]", "node[10]", "node[11]", "node[12]", "node[13]", "node[14]", "node[15]", "node[16]",
     "node[17]", "node[18]", "node[19]", "node[20]", "node[21]", "node[22]", "node[23]", "node[24]",
     "node[25]", "node[26]", "node[27]", "node[28]", "node[29]", "node[30]", "node[31]", "node[32]",
+    "node[33]", "node[34]", "node[35]", "node[36]", "node[37]", "node[38]", "node[39]", "node[40]",
+    "node[41]", "node[42]", "node[43]", "node[44]", "node[45]", "node[46]", "node[47]", "node[48]",
+    "node[49]", "node[50]", "node[51]", "node[52]", "node[53]", "node[54]", "node[55]", "node[56]",
+    "node[57]", "node[58]", "node[59]", "node[60]", "node[61]", "node[62]", "node[63]", "node[64]",
+    "node[65]", "node[66]", "node[67]", "node[68]", "node[69]", "node[70]", "node[71]", "node[72]",
+    "node[73]", "node[74]", "node[75]", "node[76]", "node[77]", "node[78]", "node[79]", "node[80]",
+    "node[81]", "node[82]", "node[83]", "node[84]", "node[85]", "node[86]", "node[87]", "node[88]",
+    "node[89]", "node[90]", "node[91]", "node[92]", "node[93]", "node[94]", "node[95]", "node[96]",
 ];
 /// Typical values of the nodes: a rough track, repeated.
 const TYPICAL: [f64; 8] = [0.03, -0.06, 0.08, 0.02, -0.09, 0.05, -0.02, 0.07];
@@ -105,7 +114,7 @@ struct Profile {
     /// Intervals per metre.
     density: f64,
     intervals: usize,
-    coefficients: [[f64; 4]; MAX_NODES],
+    coefficients: Vec<[f64; 4]>,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -118,7 +127,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     context.require(LENGTH, *length > 0.0, "positive")?;
     context.require(START, true, "finite")?;
     let whole = count.fract() == 0.0 && (2.0..=MAX_NODES as f64).contains(count);
-    context.require(COUNT, whole, "0 (off) or a whole number from 2 to 32")?;
+    context.require(COUNT, whole, "0 (off) or a whole number from 2 to 96")?;
     let nodes = &nodes[..*count as usize];
     for (i, g) in nodes.iter().enumerate() {
         context.require(FIRST_NODE + i, *g >= -1.0, "at least -1")?;
@@ -136,7 +145,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 /// Coefficients of the natural cubic spline through nodes one apart.
-fn spline(nodes: &[f64]) -> [[f64; 4]; MAX_NODES] {
+fn spline(nodes: &[f64]) -> Vec<[f64; 4]> {
     let n = nodes.len();
     // Second derivatives b: b[i-1] + 4 b[i] + b[i+1] = 6 (g[i-1] - 2 g[i] + g[i+1]), 0 at both ends.
     let mut b = [0.0; MAX_NODES];
@@ -149,17 +158,16 @@ fn spline(nodes: &[f64]) -> [[f64; 4]; MAX_NODES] {
     for i in (1..n - 1).rev() {
         b[i] -= ratio[i] * b[i + 1];
     }
-    let mut out = [[0.0; 4]; MAX_NODES];
-    for i in 0..n - 1 {
+    let interval = |i: usize| {
         let rise = nodes[i + 1] - nodes[i];
-        out[i] = [
+        [
             nodes[i],
             rise - (2.0 * b[i] + b[i + 1]) / 6.0,
             b[i] / 2.0,
             (b[i + 1] - b[i]) / 6.0,
-        ];
-    }
-    out
+        ]
+    };
+    (0..n - 1).map(interval).collect()
 }
 
 impl Profile {
