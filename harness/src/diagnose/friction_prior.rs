@@ -2,9 +2,11 @@
 //!
 //! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, friction and
 //! sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
-//! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`], the start
-//! values are the prior; else the observed coefficient and sliding speed are, with wide spreads.
+//! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`] in the median, or
+//! in a straight line through their ratio carried on to rest, the start values are the prior; else the observed coefficient
+//! and sliding speed are, with wide spreads.
 
+use super::break_away_events::line;
 use super::shot::Smoothing;
 use super::unexplained::{median, slip_of_run};
 use crate::error::Error;
@@ -53,13 +55,16 @@ impl FrictionPrior {
             |v: f64| mu_0 * (1.0 - a1 + a1 * (-v / v1).exp()) * (1.0 - a2 + a2 * (-c2 * v).exp());
         let mut speeds = Vec::new();
         let mut of_runs = Vec::new();
+        let mut pooled = Vec::new();
         for (run, smoothing) in runs.iter().zip(smoothings) {
             let slip = slip_of_run(smoothing, run.belt_velocity);
-            let mut ratios: Vec<f64> = slip
-                .iter()
-                .map(|s| s.force.abs() / (run.normal_force * expected(s.relative_velocity.abs())))
-                .filter(|r| r.is_finite())
-                .collect();
+            let pairs = slip.iter().map(|s| {
+                let v = s.relative_velocity.abs();
+                (v, s.force.abs() / (run.normal_force * expected(v)))
+            });
+            let pairs: Vec<(f64, f64)> = pairs.filter(|(_, r)| r.is_finite()).collect();
+            let mut ratios: Vec<f64> = pairs.iter().map(|(_, r)| *r).collect();
+            pooled.extend(pairs);
             of_runs.push(median(&mut ratios));
             speeds.extend(slip.iter().map(|s| s.relative_velocity.abs()));
         }
@@ -73,7 +78,9 @@ impl FrictionPrior {
             levels: vec![(1.0, 0.03); runs.len()],
             foreign: None,
         };
-        if !(ratio > 0.0 && ratio.ln().abs() > FOREIGN) {
+        // Friction that rises with the sliding speed is another effect on the same surfaces: at rest the two agree.
+        let is_foreign = |r: f64| r > 0.0 && r.ln().abs() > FOREIGN;
+        if !(is_foreign(ratio) && is_foreign(line(&pooled).0)) {
             return Ok(as_made);
         }
         let typical_speed = median(&mut speeds);

@@ -138,9 +138,13 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
     let learn_shots: Vec<Shot> = learn.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &learn_shots);
     start.shared.clone_from(&trial.fit.point.shared);
-    if !session.held_out.iter().any(|held| *held) {
-        start.own.clone_from(&trial.fit.point.own);
+    let (out, fitted): (Vec<usize>, Vec<usize>) =
+        (0..session.held_out.len()).partition(|&run| session.held_out[run]);
+    // Friction levels of runs on one rig lie near each other, perhaps far from what was believed of them.
+    for &run in &fitted {
+        start.own[run].clone_from(&trial.fit.point.own[run]);
     }
+    start.share_own(h, &fitted, &out);
     let own = Effort {
         iterations: match (care, local) {
             (Care::Brief, false) => 3,
@@ -211,7 +215,7 @@ fn learn_own<'a>(
             knobs
                 .iter()
                 .enumerate()
-                .filter(|(_, k)| k.name.ends_with(".phase"))
+                .filter(|(_, k)| k.is_phase())
                 .map(move |(i, _)| (run, i))
         })
         .collect();

@@ -40,6 +40,11 @@ pub struct Knob {
 }
 
 impl Knob {
+    /// Whether it is the phase of something that repeats.
+    pub fn is_phase(&self) -> bool {
+        self.name.ends_with(".phase")
+    }
+
     /// Position on the knob's scale of a value.
     pub fn position(&self, value: f64) -> f64 {
         match self.scale {

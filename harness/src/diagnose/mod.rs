@@ -13,6 +13,7 @@ pub mod hypothesis;
 pub mod judge;
 pub mod knob;
 mod look;
+mod lost_runs;
 pub mod moment;
 pub mod next_measurement;
 mod null;

@@ -1,7 +1,9 @@
 //! Predicts shots with one instance of the FMU.
 
 use super::hypothesis::{Hypothesis, References};
+use super::knob::Knob;
 use super::shot::Shot;
+use super::unexplained::median;
 use crate::error::Error;
 use crate::fmu::{Fmu, Instance};
 use crate::measurement::Run;
@@ -65,6 +67,27 @@ impl Point {
                 })
                 .collect(),
             stuck: shots.iter().map(|s| s.stuck).collect(),
+        }
+    }
+
+    /// Gives the runs `to` the median of how far the runs `from` lie from what was believed of them, in what is their own:
+    /// friction level and offset, but not phases and profiles, which have nothing in common.
+    pub fn share_own(&mut self, h: &Hypothesis, from: &[usize], to: &[usize]) {
+        let is_common = |k: &Knob| k.support.is_none() && k.prior_std > 0.0 && !k.is_phase();
+        let believed = |k: &Knob| k.position(k.prior);
+        for &run in to {
+            for (i, knob) in h.own[run].iter().enumerate().filter(|(_, k)| is_common(k)) {
+                let mut others: Vec<f64> = from
+                    .iter()
+                    .filter_map(|&r| {
+                        let j = h.own[r].iter().position(|k| k.name == knob.name)?;
+                        Some(self.own[r][j] - believed(&h.own[r][j]))
+                    })
+                    .collect();
+                if !others.is_empty() {
+                    self.own[run][i] = believed(knob) + median(&mut others);
+                }
+            }
         }
     }
 

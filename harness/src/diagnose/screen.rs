@@ -3,6 +3,7 @@
 use super::contender::{Contender, name};
 use super::fit::Effort;
 use super::hypothesis::Choice;
+use super::lost_runs::without_loss;
 use super::predictor::Point;
 use super::search::{self, Depth, Trial, baseline, search};
 use super::session::{Session, parallel};
@@ -230,12 +231,18 @@ impl<'a> Screen<'a> {
         self.further(contender, RETRY)
     }
 
-    /// A contender fitted further from where it stands.
+    /// A contender fitted further from where it stands, and if that loses runs, again with what the others found.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub(super) fn further(&self, old: &Contender, iterations: usize) -> Result<Contender, Error> {
-        self.refit(&old.choices, old.trial.fit.point.clone(), iterations)
+        let further = self.refit(&old.choices, old.trial.fit.point.clone(), iterations)?;
+        let Some(start) = without_loss(self.session, &further, &self.shots) else {
+            return Ok(further);
+        };
+        let again = self.refit(&old.choices, start, iterations)?;
+        let is_better = again.fit.trimmed < further.fit.trimmed;
+        Ok(if is_better { again } else { further })
     }
 
     /// A contender fitted further with its effects in another order.
