@@ -13,7 +13,6 @@
 
 use super::break_away_events::{Event, line};
 use super::place_map::Places;
-use super::session::Session;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -42,13 +41,6 @@ pub struct BreakAways {
     pub fall_by_dwell_foretold: f64,
 }
 
-/// The break-aways of every run.
-pub fn describe(session: &Session) -> Vec<BreakAways> {
-    let runs = session.campaign.runs.iter().zip(&session.break_aways);
-    runs.map(|(run, events)| predict(&run.name, events))
-        .collect()
-}
-
 /// Fall of the error by the place that counts: what is measured of break-aways where nothing depends on the place falls so
 /// far in single runs, but not in all of a campaign.
 const TOLD: f64 = 0.3;
@@ -71,6 +63,7 @@ pub fn place_is_told(runs: &[BreakAways]) -> bool {
             .all(|b| b.fall_by_place >= TOLD && b.fall_by_place_by_chance <= CHANCE)
 }
 
+/// What predicts the break-aways of a run from a file.
 pub(super) fn predict(file: &str, events: &[Event]) -> BreakAways {
     let mut out = BreakAways {
         file: file.to_owned(),

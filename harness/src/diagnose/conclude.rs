@@ -100,7 +100,7 @@ pub fn conclude(
         &steps[0].trial.hypothesis,
         &steps[0].fit,
         &steps[0].holdout,
-        &selection.break_aways,
+        &session.break_aways,
     )?;
     let proposed_terms = match verdict {
         Verdict::UnknownEffect => super::propose::propose(session),
@@ -282,7 +282,7 @@ fn found(
             threshold: selection.threshold,
             p_value: p_value(selection, i, gain),
             floor_ratio: steps[i + 1].fit.quantile(0.5),
-            break_away_falls: break_away_falls(selection),
+            break_away_falls: break_away_falls(session, selection),
         },
         confounded_with,
         other_forms,
@@ -314,9 +314,8 @@ fn values_in(
 }
 
 /// For each run the fall of the error of predicting its break-aways by their place, if the effect is believed for that.
-fn break_away_falls(selection: &Selection) -> Vec<f64> {
-    let runs = selection.break_aways.iter();
-    let falls = runs.map(|b| b.fall_by_place);
+fn break_away_falls(session: &Session, selection: &Selection) -> Vec<f64> {
+    let falls = session.break_aways.iter().map(|b| b.fall_by_place);
     falls.filter(|_| selection.by_break_aways).collect()
 }
 

@@ -3,6 +3,7 @@
 use super::candidate::{Candidate, Role};
 use super::friction_prior::{Belief, FrictionPrior};
 use super::knob::{Knob, Scale};
+use super::place_map::PlaceMap;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Campaign};
@@ -12,6 +13,13 @@ use crate::observer::{Mode, Structure};
 const NODES: usize = 32;
 /// ... and more where the break-aways are so many that each node has so many of them.
 const EVENTS_A_NODE: usize = 2;
+
+/// Standard deviation of the belief in a node's value (1) where the break-aways do not tell it.
+const NODE_STD: f64 = 0.2;
+
+/// Samples in a row that err alike where friction scatters, each counted as one by the fit: beliefs of a profile's nodes
+/// are firmer by the root of it, else the nodes go wherever single slips pull them.
+const ALIKE: f64 = 100.0;
 
 /// An effect chosen, with the values of its settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,14 +114,16 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
 }
 
 /// What a run passes of the belt.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Track {
     /// Smallest belt travel in m.
     pub low: f64,
     /// Largest belt travel in m.
     pub high: f64,
-    /// Number of break-aways on it.
-    pub break_aways: usize,
+    /// Its break-aways along the belt, if they are enough to say anything.
+    pub map: Option<PlaceMap>,
+    /// Whether the break-aways of the whole campaign tell that friction depends on the place.
+    pub place_is_told: bool,
 }
 
 /// The reference model with the effects chosen, ready to be fitted to a campaign.
@@ -278,7 +288,7 @@ impl Hypothesis {
                         0.0
                     },
                     prior_std: match (p.role, scale) {
-                        (Role::Node, _) => 0.2,
+                        (Role::Node, _) => NODE_STD,
                         (Role::Phase, _) => 100.0,
                         (_, Scale::Log) => (p.max / p.min).ln(),
                         (_, Scale::Linear) => 3.0 * p.max.abs().max(p.min.abs()),
@@ -344,9 +354,9 @@ fn add_profile(effect: &Candidate, tracks: &[Track], own: &mut [Vec<Knob>]) -> R
     for (knobs, track) in own.iter_mut().zip(tracks) {
         let low = track.low;
         let span = (track.high - low).max(1e-9);
-        let used = nodes
-            .len()
-            .min(NODES.max(track.break_aways / EVENTS_A_NODE));
+        let map = track.map.as_ref().filter(|_| track.place_is_told);
+        let events = map.map_or(0, |m| m.events().len());
+        let used = nodes.len().min(NODES.max(events / EVENTS_A_NODE));
         let spacing = span / (used - 1) as f64;
         let constant = |reference: u32, name: &str, value: f64| Knob {
             name: format!("{}.{name}", effect.id),
@@ -371,8 +381,8 @@ fn add_profile(effect: &Candidate, tracks: &[Track], own: &mut [Vec<Knob>]) -> R
                 unit: node.unit.clone(),
                 targets: vec![(node.reference, 1.0)],
                 scale: Scale::Linear,
-                prior: 0.0,
-                prior_std: 0.2,
+                prior: map.map_or(0.0, |m| m.at(at)),
+                prior_std: map.map_or(NODE_STD, |m| m.error / ALIKE.sqrt()),
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,

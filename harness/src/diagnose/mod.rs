@@ -19,7 +19,7 @@ pub mod next_measurement;
 mod null;
 pub mod outcome;
 mod pairs;
-mod place_map;
+pub mod place_map;
 pub mod predictor;
 pub mod propose;
 pub mod replay;

@@ -1,6 +1,6 @@
 //! The force at break-away as a function of the place on the belt.
 
-use super::break_away::predict;
+use super::break_away::BreakAways;
 use super::break_away_events::Event;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -82,30 +82,38 @@ fn weights(events: &[Event], place: f64, width: f64, without: Option<usize>) -> 
 }
 
 /// Break-away forces of a run along the belt, relative to their mean.
-pub struct PlaceMap<'a> {
-    events: &'a [Event],
+#[derive(Debug, Clone)]
+pub struct PlaceMap {
+    events: Vec<Event>,
     mean: f64,
     width: f64,
     /// Fall of the error of predicting each event from the others.
     pub fall: f64,
+    /// That error, relative to the mean force (1).
+    pub error: f64,
 }
 
-impl<'a> PlaceMap<'a> {
-    /// From the break-aways of a run; `None` if they are too few to say anything.
-    pub fn new(events: &'a [Event]) -> Option<Self> {
-        let found = predict("", events);
-        found.fall_by_place.is_finite().then_some(Self {
-            events,
+impl PlaceMap {
+    /// From the break-aways of a run and what was found of them; `None` if they are too few to say anything.
+    pub fn new(events: &[Event], found: &BreakAways) -> Option<Self> {
+        found.fall_by_place.is_finite().then(|| Self {
+            events: events.to_vec(),
             mean: found.mean,
             width: found.place_width_m,
             fall: found.fall_by_place,
+            error: found.scatter * (1.0 - found.fall_by_place) / found.mean,
         })
+    }
+
+    /// The break-aways that it was made of.
+    pub fn events(&self) -> &[Event] {
+        &self.events
     }
 
     /// Relative change (1) of the force at break-away at belt travel `place` in m.
     pub fn at(&self, place: f64) -> f64 {
-        let weights = weights(self.events, place, self.width, None);
-        let near = weights.iter().zip(self.events).map(|(w, e)| w * e.force);
+        let weights = weights(&self.events, place, self.width, None);
+        let near = weights.iter().zip(&self.events).map(|(w, e)| w * e.force);
         near.sum::<f64>() / self.mean - 1.0
     }
 }
@@ -119,6 +127,7 @@ fn median_distance(events: &[Event]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::break_away::predict;
     use super::*;
 
     #[test]
@@ -137,13 +146,14 @@ mod tests {
                 }
             })
             .collect();
-        let map = PlaceMap::new(&events).unwrap();
+        let map = PlaceMap::new(&events, &predict("run", &events)).unwrap();
         assert!(map.fall > 0.9, "{}", map.fall);
         for i in 5..95 {
             let place = 2.0 * LENGTH * (f64::from(i) + 0.5) / 100.0;
             let error = (map.at(place) - wave(place)).abs();
             assert!(error < 0.02, "{error} at {place} m");
         }
-        assert!(PlaceMap::new(&events[..5]).is_none());
+        let few = &events[..5];
+        assert!(PlaceMap::new(few, &predict("few", few)).is_none());
     }
 }

@@ -115,7 +115,7 @@ fn by_moment(misses: &[Miss]) -> Value {
 fn by_belt_position(session: &Session, misses: &[Miss]) -> Vec<Value> {
     let mut out = Vec::new();
     for (r, run) in session.campaign.runs.iter().enumerate() {
-        let Track { low, high, .. } = session.tracks[r];
+        let &Track { low, high, .. } = &session.tracks[r];
         let width = (high - low) / STRETCHES as f64;
         for i in 0..STRETCHES {
             let (from, to) = (low + width * i as f64, low + width * (i + 1) as f64);

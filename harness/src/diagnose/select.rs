@@ -1,6 +1,5 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
-use super::break_away::{self, BreakAways, place_is_told};
 use super::candidate::Role;
 use super::contender::{Contender, NULL_GAIN};
 use super::fit::Fitter;
@@ -41,8 +40,6 @@ pub struct Selection {
     pub path: Vec<Contender>,
     /// Whether the last of the path (or the calibrated model) is down to the noise.
     pub explained: bool,
-    /// What the break-aways of each run depend on.
-    pub break_aways: Vec<BreakAways>,
     /// Whether the path is believed for what the break-aways tell, though it does not come down to the noise.
     pub by_break_aways: bool,
     /// Samples that the comparison rests on.
@@ -132,10 +129,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let samples = screen.samples;
     let mut path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
-    let break_aways = break_away::describe(session);
     let profile = list.iter().find(|c| is_profile(session, c));
     let by_break_aways = match profile {
-        Some(choice) if !explained && !stopped && place_is_told(&break_aways) => {
+        Some(choice) if !explained && !stopped && session.place_is_told() => {
             let jobs = [vec![choice.clone()]];
             let mut found = screen.compete(&jobs, &calibrated, THOROUGH, &Silent(watch))?;
             screen.polish(&mut found, &Silent(watch))?;
@@ -156,7 +152,6 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         pairs,
         path,
         explained,
-        break_aways,
         by_break_aways,
         samples,
         stopped,
@@ -288,7 +283,6 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         path.push(forms.swap_remove(0));
     }
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
-    let break_aways = break_away::describe(session);
     let is_profile_alone = path.len() == 1 && is_profile(session, &path[0].choices[0]);
     Ok(Selection {
         as_given,
@@ -296,9 +290,8 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         calibrated,
         singles: Vec::new(),
         pairs: Vec::new(),
-        by_break_aways: !explained && is_profile_alone && place_is_told(&break_aways),
+        by_break_aways: !explained && is_profile_alone && session.place_is_told(),
         explained,
-        break_aways,
         samples: screen.samples,
         stopped: path.len() < effects.len(),
         path,

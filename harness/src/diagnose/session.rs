@@ -1,10 +1,12 @@
 //! What every stage of a diagnosis shares: the FMU, the campaign, its shots, and what is held out.
 
+use super::break_away::{BreakAways, place_is_told, predict};
 use super::break_away_events::{Event, events};
 use super::candidate::{Candidate, candidates};
 use super::fit::Data;
 use super::friction_prior::FrictionPrior;
 use super::hypothesis::{Choice, Hypothesis, References, Track, structure};
+use super::place_map::PlaceMap;
 use super::predictor::Predictor;
 use super::shot::{Shot, Smoothing, cut, smooth_run, thin};
 use super::unexplained::Spectra;
@@ -33,8 +35,8 @@ pub struct Session<'a> {
     pub references: References,
     /// Each run's motion and force, estimated without a friction law.
     pub smoothings: Vec<Smoothing>,
-    /// Each run's break-aways.
-    pub break_aways: Vec<Vec<Event>>,
+    /// What predicts the break-aways of each run.
+    pub break_aways: Vec<BreakAways>,
     /// All shots, run after run.
     pub shots: Vec<Shot>,
     /// Sensor noise of each run in m.
@@ -79,12 +81,19 @@ impl<'a> Session<'a> {
             let of_run = cut(index, run, smoothing, horizon);
             shots.extend(thin(of_run, smoothing, MOST_SHOTS, GROUP));
         }
-        let break_aways: Vec<Vec<Event>> = campaign
+        let events: Vec<Vec<Event>> = campaign
             .runs
             .iter()
             .zip(&smoothings)
             .map(|(run, smoothing)| events(run, smoothing))
             .collect();
+        let break_aways: Vec<BreakAways> = campaign
+            .runs
+            .iter()
+            .zip(&events)
+            .map(|(run, events)| predict(&run.name, events))
+            .collect();
+        let place_is_told = place_is_told(&break_aways);
         let tracks = (0..campaign.runs.len())
             .map(|r| {
                 let of_run = || shots.iter().filter(|s| s.run == r);
@@ -99,11 +108,11 @@ impl<'a> Session<'a> {
                 } else {
                     (0.0, 1.0)
                 };
-                let break_aways = break_aways[r].len();
                 Track {
                     low,
                     high,
-                    break_aways,
+                    map: PlaceMap::new(&events[r], &break_aways[r]),
+                    place_is_told,
                 }
             })
             .collect();
@@ -137,6 +146,11 @@ impl<'a> Session<'a> {
     /// Mean standard deviation of the displacement over the runs, in m.
     pub fn mean_spread(&self) -> f64 {
         self.spread.iter().sum::<f64>() / self.spread.len() as f64
+    }
+
+    /// Whether the break-aways tell that friction depends on the place.
+    pub fn place_is_told(&self) -> bool {
+        self.tracks.iter().any(|t| t.place_is_told)
     }
 
     /// The reference model with some effects.

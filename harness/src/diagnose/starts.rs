@@ -4,7 +4,6 @@
 use super::candidate::{Candidate, Role};
 use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::Hypothesis;
-use super::place_map::PlaceMap;
 use super::predictor::{Point, Predictor};
 use super::scan::{self, Line};
 use super::search::{Depth, LOOK_SHARE, Nuisances, STRIDE, Trial, effort, widen};
@@ -134,20 +133,16 @@ const MAPPED: f64 = 0.2;
 
 /// A point with the values of a profile along the belt as the break-aways have them; `None` if nothing depends on the place.
 fn with_place_map(session: &Session, h: &Hypothesis, origin: &Point) -> Option<Point> {
-    let maps: Vec<Option<PlaceMap>> = session
-        .break_aways
-        .iter()
-        .map(|e| PlaceMap::new(e))
-        .collect();
-    let falls: Vec<f64> = maps.iter().flatten().map(|m| m.fall.max(0.0)).collect();
+    let maps = || session.tracks.iter().map(|t| t.map.as_ref());
+    let falls: Vec<f64> = maps().flatten().map(|m| m.fall.max(0.0)).collect();
     let mean = falls.iter().sum::<f64>() / falls.len() as f64;
     if !(mean >= MAPPED) {
         return None;
     }
     let mut point = origin.clone();
     let mut any = false;
-    for ((knobs, values), map) in h.own.iter().zip(&mut point.own).zip(&maps) {
-        let Some(map) = map.as_ref().filter(|m| m.fall >= MAPPED) else {
+    for ((knobs, values), map) in h.own.iter().zip(&mut point.own).zip(maps()) {
+        let Some(map) = map.filter(|m| m.fall >= MAPPED) else {
             continue;
         };
         for (knob, value) in knobs.iter().zip(values) {

@@ -162,11 +162,8 @@ pub(super) fn words(
     colour: &[f64],
     selection: &Selection,
 ) -> String {
-    let Selection {
-        break_aways,
-        stopped,
-        ..
-    } = selection;
+    let break_aways = &session.break_aways;
+    let stopped = &selection.stopped;
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
     let percent = |v: f64| format!("{:.2} %", 100.0 * v);

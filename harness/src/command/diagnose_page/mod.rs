@@ -1,5 +1,6 @@
 //! report.html of a diagnosis: what is missing, how sure that is, where the model fails, how the error falls.
 
+mod break_aways;
 mod evidence;
 mod force_map;
 mod ladder;
@@ -65,6 +66,7 @@ pub fn html(
     let page = evidence::section(page, &material);
     let page = residual_map::section(page, &material);
     let page = force_map::section(page, &material);
+    let page = break_aways::section(page, &material);
     let page = parameters::section(page, &material);
     let page = page
         .section("Reproduce")

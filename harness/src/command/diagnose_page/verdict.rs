@@ -81,6 +81,9 @@ fn fall(material: &Material) -> String {
 pub fn words(page: Page, material: &Material) -> Page {
     let diagnosis = material.diagnosis;
     let page = match diagnosis.verdict {
+        Verdict::EffectFound if material.selection.by_break_aways => {
+            page.paragraph(&diagnosis.summary)
+        }
         Verdict::EffectFound => diagnosis
             .effects
             .iter()
