@@ -85,7 +85,10 @@ fn val_measured_slider_shows_friction_along_the_track_and_no_ageing() {
         let rungs = found["error_ladder"].as_array().unwrap();
         let held_out = |i: usize| rungs[i]["holdout_nrmse"].as_f64().unwrap();
         // The aim for the motion on what was kept out: 30 % less.
-        assert!(held_out(2) < 0.7 * held_out(1), "{stiffness} N/m: {rungs:?}");
+        assert!(
+            held_out(2) < 0.7 * held_out(1),
+            "{stiffness} N/m: {rungs:?}"
+        );
 
         let aged = tried(folder.path(), "static_friction_aging");
         assert_eq!(aged["verdict"], "unknown_effect", "{}", aged["summary"]);

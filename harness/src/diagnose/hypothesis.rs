@@ -17,9 +17,8 @@ const EVENTS_A_NODE: usize = 2;
 /// Standard deviation of the belief in a node's value (1) where the break-aways do not tell it.
 const NODE_STD: f64 = 0.2;
 
-/// Samples in a row that err alike where friction scatters, each counted as one by the fit: beliefs of a profile's nodes
-/// are firmer by the root of it, else the nodes go wherever single slips pull them.
-const ALIKE: f64 = 100.0;
+/// How much surer the map of the break-aways is of a node than of the next break-away: it is a mean over several.
+const SURER: f64 = 3.0;
 
 /// An effect chosen, with the values of its settings.
 #[derive(Debug, Clone, PartialEq)]
@@ -382,7 +381,7 @@ fn add_profile(effect: &Candidate, tracks: &[Track], own: &mut [Vec<Knob>]) -> R
                 targets: vec![(node.reference, 1.0)],
                 scale: Scale::Linear,
                 prior: map.map_or(0.0, |m| m.at(at)),
-                prior_std: map.map_or(NODE_STD, |m| m.error / ALIKE.sqrt()),
+                prior_std: map.map_or(NODE_STD, |m| m.error / SURER),
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,

@@ -23,6 +23,9 @@ const MOST_SHOTS: usize = 40;
 /// Neighbouring shots that are taken together where not all are.
 const GROUP: usize = 4;
 
+/// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
+const ALIKE: f64 = 100.0;
+
 /// A diagnosis in progress.
 pub struct Session<'a> {
     /// The model.
@@ -41,6 +44,8 @@ pub struct Session<'a> {
     pub shots: Vec<Shot>,
     /// Sensor noise of each run in m.
     pub noise: Vec<f64>,
+    /// Noise of each run in m that fits count with: the sensor's, or more where friction scatters.
+    fit_noise: Vec<f64>,
     /// Standard deviation of each run's displacement in m.
     pub spread: Vec<f64>,
     /// What each run passes of the belt.
@@ -121,10 +126,13 @@ impl<'a> Session<'a> {
             .iter()
             .map(|r| r.noise.std.max(1e-12))
             .collect();
+        let noise = of_one_sensor(&estimates);
+        let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
         Ok(Self {
             catalogue: candidates(fmu)?,
             references,
-            noise: of_one_sensor(&estimates),
+            fit_noise: noise.iter().map(|n| n * roughness).collect(),
+            noise,
             spread: campaign
                 .runs
                 .iter()
@@ -173,7 +181,7 @@ impl<'a> Session<'a> {
     pub fn data<'b>(&'b self, shots: &'b [Shot]) -> Data<'b> {
         Data {
             shots,
-            noise: &self.noise,
+            noise: &self.fit_noise,
         }
     }
 
