@@ -69,10 +69,13 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let session = Session::new(fmu, campaign)?;
+    let mut session = Session::new(fmu, campaign)?;
     let mut selection = select(&session, watch)?;
     if null > 0 {
         calibrate_threshold(&session, &mut selection, null, watch)?;
+    }
+    if selection.explained {
+        session.trust_sensor();
     }
     watch.step("judging on the runs kept out", 0, 1);
     let mut steps = climb(&session, &selection)?;

@@ -38,7 +38,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let session = Session::new(&fmu, &campaign)?;
+    let mut session = Session::new(&fmu, &campaign)?;
     let mut effects = Vec::new();
     for id in &arguments.add {
         let index = super::effects::find(&session.catalogue, id, fmu.path())?;
@@ -50,6 +50,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let progress = Progress::new(Progress::STEPS);
     let selection = follow(&session, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
+    if selection.explained {
+        session.trust_sensor();
+    }
     progress.step("judging on the runs kept out", 0, 1);
     let steps = climb(&session, &selection)?;
     let diagnosis = report(

@@ -156,6 +156,11 @@ impl<'a> Session<'a> {
         self.spread.iter().sum::<f64>() / self.spread.len() as f64
     }
 
+    /// Makes fits count with the sensor's noise, as they may where a model explains the data.
+    pub fn trust_sensor(&mut self) {
+        self.fit_noise.clone_from(&self.noise);
+    }
+
     /// Whether the break-aways tell that friction depends on the place.
     pub fn place_is_told(&self) -> bool {
         self.tracks.iter().any(|t| t.place_is_told)
