@@ -2,9 +2,10 @@
 
 use super::break_away::BreakAways;
 use super::dependence;
-use super::hypothesis::{Hypothesis, Track};
+use super::hypothesis::Hypothesis;
 use super::judge::Judgement;
 use super::moment::{Instant, Moment};
+use super::profile::Track;
 use super::replay::{Replay, replay};
 use super::session::Session;
 use super::unexplained::median;

@@ -1,0 +1,53 @@
+//! Which of the effects compared are believed.
+
+use super::candidate::Role;
+use super::contender::{Contender, NULL_GAIN};
+use super::hypothesis::Choice;
+use super::session::Session;
+
+/// Whether an effect has values along the belt.
+pub(super) fn is_profile(session: &Session, choice: &Choice) -> bool {
+    let parameters = &session.catalogue[choice.effect].parameters;
+    parameters.iter().any(|p| p.role == Role::Node)
+}
+
+/// The effects that are believed, taken out of the lists.
+pub(super) fn believed_path(
+    singles: &mut Vec<Contender>,
+    pairs: &mut Vec<Contender>,
+    calibrated: &Contender,
+    samples: f64,
+) -> Vec<Contender> {
+    // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
+    let alone = match singles.first() {
+        Some(single) if single.reaches_floor() => single.score(samples),
+        _ => f64::INFINITY,
+    };
+    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < alone - NULL_GAIN;
+    let mut path = Vec::new();
+    if let Some(best) = pairs.first().filter(believed) {
+        let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);
+        path.extend(first.map(|i| singles.remove(i)));
+        path.push(pairs.remove(0));
+        return path;
+    }
+    let Some(first) = singles.first() else {
+        return path;
+    };
+    // What comes down to the noise goes before what gains more for each of its parameters but does not, if it
+    // predicts better what was kept out.
+    let error = |c: &Contender| c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse);
+    let complete = singles.iter().position(|s| {
+        s.reaches_floor()
+            && s.score(samples) < calibrated.score(samples) - NULL_GAIN
+            && error(s) < error(first)
+    });
+    let chosen = match complete {
+        Some(i) if !first.reaches_floor() => i,
+        _ => 0,
+    };
+    if singles[chosen].score(samples) < calibrated.score(samples) {
+        path.push(singles.remove(chosen));
+    }
+    path
+}
