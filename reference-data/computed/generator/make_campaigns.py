@@ -231,30 +231,39 @@ def draw_campaign(rng, names, args, points=None, effects=None):
     return truth, records
 
 
+def true_rig(truth):
+    """Beam and friction law as truth.json describes them, without effects."""
+    law = truth["true_law"]
+    return Rig(truth["true_f_hz"][:2], truth["true_D"][:2], truth["true_mass"], law["mus"], law["a1"], law["v1"], law["a2"], law["c2"])
+
+
 def replay(truth, i, duration=0.6, dt=1e-4):
     """The record of run i (from 0) of a campaign as truth.json describes it: noise-free, bit for bit the one it was made from."""
-    law, run = truth["true_law"], truth["runs"][i]
-    rig = Rig(truth["true_f_hz"][:2], truth["true_D"][:2], truth["true_mass"], law["mus"], law["a1"], law["v1"], law["a2"], law["c2"],
-              effects=run_effects(truth["parameters"], run))
+    run = truth["runs"][i]
+    rig = with_effects(true_rig(truth), run_effects(truth["parameters"], run))
     return simulate(rig, run["normal_force_n"], run["belt_velocity_m_per_s"], State.from_named(run["start"]), duration=duration, dt=dt,
                     level=run["friction_level"])
 
 
-def write_campaign(folder, name, truth, records, rng, resolution=2.5e-9):
-    """campaign.toml with the nominal beam, and one CSV per run: the measured channel, offset, white noise, display steps (m)."""
+def write_run(folder, file, run, record, noise, rng, resolution=2.5e-9):
+    """One CSV: the measured channel, offset, white noise, display steps (m). Returns the lines that campaign.toml has for it."""
+    t, x = record.t[:-1], record.measured[:-1]
+    x = x + run["offset_m"] + noise * rng.standard_normal(x.size)
+    x = np.round(x / resolution) * resolution
+    text = ["time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
+    (folder / file).write_text("\n".join(text) + "\n")
+    return ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
+            f"normal_force_n = {run['normal_force_n']:g}"]
+
+
+def write_campaign(folder, name, truth, records, rng):
+    """campaign.toml with the nominal beam, and one CSV per run."""
     folder.mkdir(parents=True, exist_ok=True)
     lines = [f'name = "{name}"', "# tip displacement by laser vibrometer; time in s, displacement in m", "",
              "[beam]  # as identified by modal analysis before the tests; a few tenths of a percent uncertain"]
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
     for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
-        file = f"run{i:02d}.csv"
-        lines += ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
-                  f"normal_force_n = {run['normal_force_n']:g}"]
-        t, x = record.t[:-1], record.measured[:-1]
-        x = x + run["offset_m"] + truth["noise_m"] * rng.standard_normal(x.size)
-        x = np.round(x / resolution) * resolution
-        text = ["time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
-        (folder / file).write_text("\n".join(text) + "\n")
+        lines += write_run(folder, f"run{i:02d}.csv", run, record, truth["noise_m"], rng)
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
