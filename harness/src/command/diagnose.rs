@@ -151,7 +151,7 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     if let Some(next) = &diagnosis.next_measurement {
         let _ = writeln!(
             out,
-            "\nTo tell {} apart, measure at {} m/s and {} N (expected difference {:.0} times the noise).",
+            "\nTo tell {} apart, measure at {} m/s and {} N (where one is true, the others' errors are {:.0} times the noise or more).",
             next.separates.join(", "),
             next.belt_velocity_m_per_s,
             next.normal_force_n,

@@ -30,15 +30,17 @@ pub fn conclude(
     let base_score = selection.calibrated.score(samples);
     let gain = selection
         .path
-        .first()
+        .last()
         .map_or(0.0, |p| base_score - p.score(samples));
     let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
+    // What gains no more than chance is not named, though it may be just what brings the errors below the limit.
+    let is_worth_it = gain >= selection.threshold;
     let is_white = |depth: usize| !(steps[depth].colour > FLOOR_COLOUR);
     let last = steps.len() - 1;
     let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
     let verdict = if base_is_enough && is_white(0) {
         Verdict::NoMissingEffect
-    } else if selection.explained && !selection.path.is_empty() && is_white(last) && predicts
+    } else if selection.explained && is_worth_it && is_white(last) && predicts
         || selection.by_break_aways
     {
         Verdict::EffectFound

@@ -94,7 +94,7 @@ fn predictions(
 }
 
 /// A standard normal number (Box and Muller 1958).
-fn gaussian(random: &mut fastrand::Rng) -> f64 {
+pub(super) fn gaussian(random: &mut fastrand::Rng) -> f64 {
     let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
     radius * (std::f64::consts::TAU * random.f64()).cos()
 }

@@ -113,7 +113,7 @@ pub struct NextMeasurement {
     pub normal_force_n: f64,
     /// Effects that it separates.
     pub separates: Vec<String>,
-    /// Expected difference of the rivals' predictions over the noise.
+    /// Least error over the noise expected there of a rival where another is true.
     pub separation: f64,
 }
 

@@ -29,8 +29,8 @@ pub(super) fn behind_the_best(
     Ok(pairs)
 }
 
-/// Pairs of effects of which none alone explains the data, best first: each of `leaders`, fitted with the reference model
-/// held to what is believed of it, with every other in the same way, the best then fitted freely. Ends with the first
+/// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other, the reference
+/// model held to what is believed of it, the best then fitted freely. Ends with the first
 /// leader that has a pair without values of its own along each run down to the noise.
 ///
 /// # Errors
@@ -38,7 +38,7 @@ pub(super) fn behind_the_best(
 pub(super) fn held(
     screen: &Screen,
     list: &[Choice],
-    leaders: &[Contender],
+    leaders: &[&Contender],
     watch: &dyn Watch,
 ) -> Result<Vec<Contender>, Error> {
     let mut pairs: Vec<Contender> = Vec::new();

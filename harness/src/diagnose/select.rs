@@ -114,7 +114,14 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         // Down to the noise already: a second effect may still hide behind the first.
         (true, true) => pairs::behind_the_best(&screen, &list, &mut singles, watch)?,
         (true, false) => Vec::new(),
-        (false, _) => pairs::held(&screen, &list, &held[..held.len().min(PAIR_LEADERS)], watch)?,
+        (false, _) => {
+            let mut leaders: Vec<&Contender> = held.iter().take(PAIR_LEADERS).collect();
+            // The best of those fitted freely leads too: held, others may stand before it.
+            let known = |s: &Contender| leaders.iter().any(|l| l.effects() == s.effects());
+            let free = singles.first().filter(|s| screen.is_promising(s) && !known(s));
+            leaders.extend(free);
+            pairs::held(&screen, &list, &leaders, watch)?
+        }
     };
     if let Some(best) = pairs.first().filter(|p| p.reaches_floor()) {
         let others = pairs::other_forms(session, &screen, best, watch)?;

@@ -199,10 +199,12 @@ pub(super) fn words(
                     last.holdout_over_noise
                 );
             }
-            let ties: Vec<&str> = effects
-                .iter()
-                .flat_map(|e| e.confounded_with.iter().map(String::as_str))
-                .collect();
+            let mut ties: Vec<&str> = Vec::new();
+            for tie in effects.iter().flat_map(|e| &e.confounded_with) {
+                if !ties.contains(&tie.as_str()) {
+                    ties.push(tie);
+                }
+            }
             let sure = if ties.is_empty() {
                 "No other candidate comes near.".to_owned()
             } else {

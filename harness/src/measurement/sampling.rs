@@ -28,7 +28,7 @@ const GAP_FROM: f64 = 1.5;
 
 impl Sampling {
     /// Of strictly increasing times, at least two.
-    pub(super) fn of(time: &[f64]) -> Sampling {
+    pub fn of(time: &[f64]) -> Sampling {
         let mut intervals: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
         let middle = intervals.len() / 2;
         let interval = *intervals

@@ -169,7 +169,7 @@ fn next(page: Page, diagnosis: &Diagnosis) -> Page {
     match &diagnosis.next_measurement {
         None => page,
         Some(next) => page.paragraph(&format!(
-            "Next measurement: belt velocity {} m/s, normal force {} N. There {} differ by {} times the noise.",
+            "Next measurement: belt velocity {} m/s, normal force {} N. There {} can be told apart: where one is true, the errors of the others are {} times the noise or more.",
             number(next.belt_velocity_m_per_s, 3),
             number(next.normal_force_n, 3),
             next.separates.join(" and "),
