@@ -23,7 +23,14 @@ pub(super) fn believed_path(
         Some(single) if single.reaches_floor() => single.score(samples),
         _ => f64::INFINITY,
     };
-    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < alone - NULL_GAIN;
+    // Nor is it if one of the two is worth as much alone.
+    let half = |p: &Contender| {
+        let of_pair = singles
+            .iter()
+            .filter(|s| p.effects().contains(&s.choices[0].effect));
+        of_pair.map(|s| s.score(samples)).fold(alone, f64::min)
+    };
+    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < half(p) - NULL_GAIN;
     let mut path = Vec::new();
     if let Some(best) = pairs.first().filter(believed) {
         let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);

@@ -118,7 +118,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
             let mut leaders: Vec<&Contender> = held.iter().take(PAIR_LEADERS).collect();
             // The best of those fitted freely leads too: held, others may stand before it.
             let known = |s: &Contender| leaders.iter().any(|l| l.effects() == s.effects());
-            let free = singles.first().filter(|s| screen.is_promising(s) && !known(s));
+            let free = singles
+                .first()
+                .filter(|s| screen.is_promising(s) && !known(s));
             leaders.extend(free);
             pairs::held(&screen, &list, &leaders, watch)?
         }
