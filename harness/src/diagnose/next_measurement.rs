@@ -22,15 +22,15 @@ use crate::error::Error;
 use crate::measurement::{Campaign, Role, Run, Sampling};
 
 /// Belt velocities that are tried, in units of the fastest run's.
-const VELOCITIES: [f64; 6] = [0.15, 0.3, 0.5, 0.75, 1.0, 1.3];
+const VELOCITIES: [f64; 4] = [0.25, 0.5, 0.8, 1.3];
 /// Normal forces that are tried, in units of the largest run's.
-const FORCES: [f64; 5] = [0.3, 0.5, 0.75, 1.0, 1.3];
+const FORCES: [f64; 3] = [0.4, 0.75, 1.3];
 /// Rivals that are told apart, the best ones.
 const MOST_RIVALS: usize = 3;
 /// Periods of the lowest mode until the transient has died down far enough, ...
 const TRANSIENT: f64 = 10.0;
 /// ... and horizons that are judged.
-const HORIZONS: f64 = 12.0;
+const HORIZONS: f64 = 8.0;
 /// Distance in m at which a simulated motion is given up, beyond any beam's.
 const FAR: f64 = 0.1;
 /// Error over the noise below which a rival is not told apart.
