@@ -8,7 +8,7 @@
 //! | 100 | modes: 100 + 10 j + item, j = 1..8; rates of the states at items 6, 7 |
 //! | 200 | friction |
 //! | 300 | sensor, tolerance, start |
-//! | 1000 | effects, each its block of 100: parameter i at +i, state j at +60 + j, its rate at +80 + j |
+//! | 1000 | effects, each its block of 100: parameter i at +i, state j at +60 + j, its rate at +80 + j; without states all 100 are for parameters |
 //! | 9000 | users' effects, each its block of 100 (see `layout`) |
 
 use crate::declared_type::enumeration;
