@@ -93,7 +93,9 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         screen.restart(&mut singles, RESTARTED, watch)?;
     }
     let mut held = Vec::new();
-    if !settled(&singles, &calibrated) && !watch.stop() {
+    // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
+    let may_be_two = !session.place_is_told();
+    if !settled(&singles, &calibrated) && may_be_two && !watch.stop() {
         held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
         let freed = screen.freed(&held)?;
         screen.keep_better(&mut singles, freed);
@@ -114,6 +116,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         // Down to the noise already: a second effect may still hide behind the first.
         (true, true) => pairs::behind_the_best(&screen, &list, &mut singles, watch)?,
         (true, false) => Vec::new(),
+        (false, _) if !may_be_two => Vec::new(),
         (false, _) => {
             let mut leaders: Vec<&Contender> = held.iter().take(PAIR_LEADERS).collect();
             // The best of those fitted freely leads too: held, others may stand before it.
