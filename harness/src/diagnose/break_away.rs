@@ -18,6 +18,7 @@ use serde::Serialize;
 
 /// Events without which nothing is said.
 const FEWEST: usize = 8;
+
 /// What predicts the break-aways of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct BreakAways {

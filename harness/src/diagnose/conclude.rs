@@ -131,7 +131,7 @@ pub fn conclude(
         residual_colour: colours,
         gains_by_chance: selection.by_chance.clone(),
         structure: known_structure(session, trial)?,
-        runs: run_values(session, trial, &steps[last].holdout),
+        runs: run_values(session, &steps[last]),
         effects,
         error_ladder: ladder,
     })
@@ -244,11 +244,7 @@ fn found(
                 .iter()
                 .enumerate()
                 .map(|(run, knobs)| {
-                    let point = if session.held_out[run] {
-                        &steps[depth].holdout.point
-                    } else {
-                        &trial.fit.point
-                    };
+                    let point = steps[depth].point(session, run);
                     knobs
                         .iter()
                         .position(|k| k.name == knob.name)
@@ -361,24 +357,20 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
         .collect()
 }
 
-fn run_values(session: &Session, trial: &Trial, holdout: &Judgement) -> Vec<RunValues> {
+fn run_values(session: &Session, step: &Step) -> Vec<RunValues> {
     session
         .campaign
         .runs
         .iter()
         .enumerate()
         .map(|(r, run)| {
-            let point = if session.held_out[r] {
-                &holdout.point
-            } else {
-                &trial.fit.point
-            };
+            let point = step.point(session, r);
             RunValues {
                 name: run.name.clone(),
                 belt_velocity_m_per_s: run.belt_velocity,
                 normal_force_n: run.normal_force,
                 held_out: session.held_out[r],
-                own: trial.hypothesis.own[r]
+                own: step.trial.hypothesis.own[r]
                     .iter()
                     .zip(&point.own[r])
                     .map(|(k, u)| (k.name.clone(), k.value(*u)))

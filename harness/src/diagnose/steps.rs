@@ -44,6 +44,15 @@ impl Step {
             trial,
         })
     }
+
+    /// Where the knobs stand for a run: as fitted, or as learned on a run that was kept out.
+    pub fn point(&self, session: &Session, run: usize) -> &Point {
+        if session.held_out[run] {
+            &self.holdout.point
+        } else {
+            &self.trial.fit.point
+        }
+    }
 }
 
 /// Refits the calibrated model and the path on all shots of the runs fitted and judges them.

@@ -91,11 +91,7 @@ fn along(material: &Material, run: usize, found: &BreakAways) -> Option<Plot> {
 fn profile(material: &Material, run: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let step = material.steps.last()?;
     let h = &step.trial.hypothesis;
-    let point = if material.session.held_out[run] {
-        &step.holdout.point
-    } else {
-        &step.trial.fit.point
-    };
+    let point = step.point(material.session, run);
     let own = |name: &str| {
         let i = h.own[run].iter().position(|k| k.name == name)?;
         Some(h.own[run][i].value(point.own[run][i]))
