@@ -359,3 +359,59 @@ fn maps_and_grids_of_starts_have_a_row_for_each() {
     assert_eq!(share.len(), 4);
     assert!(share.values().all(|s| (s - 1.0).abs() < 1e-12), "{share:?}");
 }
+
+// Source: the catalogue's effect of the same equation, F_N (1 + k w), integrated by other means (power series).
+#[test]
+fn val_a_users_formula_is_swept_as_the_catalogue_effect_that_says_the_same() {
+    let folder = Folder::new();
+    let formula = r#"
+id = "spring_load"
+title = "Deflection presses the beam on the belt"
+target = "normal_force_factor"
+expression = "1 + k*w"
+[[parameter]]
+name = "k"
+unit = "1/m"
+min = -200
+max = 200
+typical = 50
+"#;
+    std::fs::write(folder.path("spring_load.toml"), formula).unwrap();
+    let own = folder.text("own.fmu");
+    let packed = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args([
+            "pack",
+            "--effect",
+            &folder.text("spring_load.toml"),
+            "-o",
+            &own,
+        ])
+        .output()
+        .unwrap();
+    assert!(packed.status.success(), "{}", said(&packed));
+    let amplitudes = |fmu: &str, parameter: &str| -> Vec<f64> {
+        let out = folder.text(parameter);
+        let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+            .args(["sweep", "--fmu", fmu, "--parameter", parameter, "-o", &out])
+            .args(["--values", "0,20,60", "--set", "normal_force=80"])
+            .args(SHORT)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let table = read(&Path::new(&out).join("sweep.csv"));
+        let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        let column = header.iter().position(|h| *h == "amplitude_m").unwrap();
+        let field = |line: &str| line.split(',').nth(column).unwrap().parse().unwrap();
+        table.lines().skip(1).map(field).collect()
+    };
+    let of_formula = amplitudes(&own, "spring_load.k");
+    let of_catalogue = amplitudes(fmu().to_str().unwrap(), "normal_force_coupling.coefficient");
+    assert_eq!(of_formula.len(), 3);
+    assert!(
+        (of_formula[2] / of_formula[0] - 1.0).abs() > 1e-3,
+        "the effect does something"
+    );
+    for (a, b) in of_formula.iter().zip(&of_catalogue) {
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    }
+}

@@ -147,7 +147,8 @@ impl UserCard {
         on.then(|| self.with_values(values))
     }
 
-    fn with_values(&self, values: &[f64]) -> UserEffect {
+    /// The physics' effect with these parameter values, on or off.
+    pub fn with_values(&self, values: &[f64]) -> UserEffect {
         let parameter = |(p, value): (&UserEffectParameter, &f64)| UserParameter {
             name: p.name.clone(),
             unit: p.unit.clone(),

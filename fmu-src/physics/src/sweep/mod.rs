@@ -15,6 +15,7 @@ mod start;
 mod trace;
 mod values;
 
+pub use crate::effects::user_expression::UserEffect;
 pub use batch::{Chain, Outcome, Task, run};
 pub use follow::Crossing;
 pub use period::period_of;

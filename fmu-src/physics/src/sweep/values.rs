@@ -3,6 +3,7 @@
 use super::Subject;
 use crate::beam::{Beam, MAX_MODES, ModalOscillator};
 use crate::belt::Inputs;
+use crate::effects::user_expression::UserEffect;
 use crate::effects::{CATALOGUE, find_parameter};
 use crate::error::PhysicsError;
 use crate::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
@@ -41,8 +42,39 @@ pub struct Values {
     q_dot: [f64; MAX_MODES],
     effects: EffectValues,
     effect_states: Vec<f64>,
+    own: Vec<OwnEffect>,
     /// Whether the start state has been given.
     start_is_given: bool,
+}
+
+/// An effect that a user wrote, with what switches it on.
+#[derive(Debug, Clone, PartialEq)]
+struct OwnEffect {
+    effect: UserEffect,
+    /// For each parameter, whether it is a strength: the effect is off where all of these are 0.
+    is_strength: Vec<bool>,
+    /// Start value in m of the belt's displacement by an added velocity.
+    travel: f64,
+}
+
+impl OwnEffect {
+    fn is_on(&self) -> bool {
+        let parameters = self.effect.parameters.iter().zip(&self.is_strength);
+        parameters
+            .into_iter()
+            .any(|(p, strength)| *strength && p.value != 0.0)
+    }
+
+    fn place(&mut self, name: &str) -> Option<&mut f64> {
+        let item = name
+            .strip_prefix(self.effect.id.as_str())?
+            .strip_prefix('.')?;
+        if item == "state.travel" {
+            return Some(&mut self.travel);
+        }
+        let mut parameters = self.effect.parameters.iter_mut();
+        parameters.find(|p| p.name == item).map(|p| &mut p.value)
+    }
 }
 
 impl Default for Values {
@@ -81,6 +113,7 @@ impl Default for Values {
             q_dot: [0.0; MAX_MODES],
             effects: EffectValues::default(),
             effect_states: vec![0.0; states],
+            own: Vec::new(),
             start_is_given: false,
         }
     }
@@ -153,9 +186,21 @@ impl Values {
             }
             first += card.states.len();
         }
-        let (card, parameter) = find_parameter(name).ok()?;
+        let Ok((card, parameter)) = find_parameter(name) else {
+            return self.own.iter_mut().find_map(|own| own.place(name));
+        };
         let before: usize = CATALOGUE[..card].iter().map(|c| c.parameters.len()).sum();
         self.effects.as_mut_slice().get_mut(before + parameter)
+    }
+
+    /// Adds an effect that a user wrote, under the names `<id>.<parameter>`; `is_strength` says for each parameter whether
+    /// its 0 means off.
+    pub fn offer(&mut self, effect: UserEffect, is_strength: Vec<bool>) {
+        self.own.push(OwnEffect {
+            effect,
+            is_strength,
+            travel: 0.0,
+        });
     }
 
     /// Sets one value, in the variable's unit.
@@ -236,13 +281,14 @@ impl Values {
                 max: MAX_MODES,
             });
         }
+        let on = self.own.iter().filter(|own| own.is_on());
         let parameters = ModelParameters {
             beam: Beam::new(&self.modes[..count])?,
             friction: self.friction_law()?,
             friction_level: self.level,
             sensor_offset: self.sensor_offset,
             effects: self.effects.clone(),
-            user_effects: Vec::new(),
+            user_effects: on.map(|own| own.effect.clone()).collect(),
         };
         let inputs = Inputs::constant(self.belt_velocity, self.normal_force);
         Model::new(&parameters, inputs)
@@ -262,6 +308,11 @@ impl Values {
                     .copy_from_slice(&self.effect_states[before..before + count]);
             }
             before += entry.states.len();
+        }
+        for own in &self.own {
+            if let Some((first, 1)) = model.user_states(&own.effect.id) {
+                state[first] = own.travel;
+            }
         }
         Start {
             time: 0.0,

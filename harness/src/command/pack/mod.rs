@@ -6,7 +6,7 @@
 pub mod belt_drive;
 mod contents;
 mod documentation;
-mod own_effects;
+pub mod own_effects;
 mod platforms;
 
 use std::io::{Cursor, Write as _};

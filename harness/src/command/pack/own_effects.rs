@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
-use beam_model_description::{Layout, UserCard, UserEffectError};
+use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard, UserEffectError};
+use beam_physics::effects::Role;
+use beam_physics::sweep::Values;
 
 use crate::error::Error;
+use crate::fmu::Fmu;
 
 /// The variables of an FMU with the effects in these files.
 ///
@@ -25,4 +28,29 @@ pub fn layout(paths: &[PathBuf]) -> Result<&'static Layout, Error> {
         layout = Layout::with(cards.clone()).map_err(at)?;
     }
     Ok(layout)
+}
+
+/// Adds the users' effects in an FMU of this project to the values of a parameter study.
+///
+/// # Errors
+/// An archive that can't be read, or an effect in it that can't be used.
+pub fn offer(fmu: &Fmu, values: &mut Values) -> Result<(), Error> {
+    let folder = format!("resources/{EFFECTS_FOLDER}/");
+    let files = fmu.files()?;
+    let effects = files
+        .iter()
+        .filter(|(name, _)| name.starts_with(&folder) && name.ends_with(".toml"));
+    for (name, content) in effects {
+        let refused = |line: Option<usize>, problem: String| Error::EffectFile {
+            path: fmu.path().join(name),
+            line,
+            problem,
+        };
+        let text = std::str::from_utf8(content).map_err(|e| refused(None, e.to_string()))?;
+        let card = UserCard::parse(text).map_err(|e| refused(e.line(), e.to_string()))?;
+        let starts: Vec<f64> = card.parameters.iter().map(|p| p.start()).collect();
+        let is_strength = card.parameters.iter().map(|p| p.role == Role::Amplitude);
+        values.offer(card.with_values(&starts), is_strength.collect());
+    }
+    Ok(())
 }

@@ -3,6 +3,7 @@
 use beam_physics::sweep::{Chain, Rule, Section, StartRule, Task, Values};
 use serde_json::{Value, json};
 
+use crate::command::pack::own_effects;
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu, Kind};
 
@@ -230,6 +231,7 @@ impl Plan {
 /// The start values of all settable variables of the FMU.
 pub fn base(fmu: &Fmu) -> Result<Values, Error> {
     let mut values = Values::default();
+    own_effects::offer(fmu, &mut values)?;
     for v in &fmu.description().variables {
         if !v.is_settable() || v.kind == Kind::String {
             continue;
@@ -249,9 +251,7 @@ pub fn base(fmu: &Fmu) -> Result<Values, Error> {
 fn set(values: &mut Values, name: &str, value: f64) -> Result<(), Error> {
     values.set(name, value).map_err(|_| Error::SweepVariable {
         name: name.into(),
-        problem: "sweep computes this repository's model without users' effects; use the Python module, which runs \
-                  the FMU itself"
-            .into(),
+        problem: "sweep computes this repository's model, which has no such variable; use an FMU of this project".into(),
     })
 }
 
