@@ -5,6 +5,7 @@ mod cycles;
 mod map;
 mod motions;
 mod page;
+mod second_frequency;
 mod static_figures;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,120 @@
+//! What Figures 6 and 7 owe to the second natural frequency, which the paper states to three digits.
+//!
+//! Where windows of longer periods lie, and which periods they have, turns on how far mode 2 has turned when a stick begins, that is
+//! on f_2/f_1 times the cycle's length: half a hertz of 510 moves every window.
+
+use super::Workshop;
+use crate::command::sweep::Study;
+use crate::command::sweep::pictures;
+use crate::command::sweep::plan::StartKind;
+use crate::error::Error;
+use crate::report::{Figure, number};
+
+/// The paper's magnification of Figure 6, m/s.
+const MAGNIFICATION: (f64, f64) = (0.06, 0.09);
+/// Figure 7, m/s.
+const FIGURE_7: (f64, f64) = (0.096, 0.112);
+
+/// Kinds of motion over belt velocity and second natural frequency at 100 N.
+pub struct SecondFrequency {
+    /// The map.
+    pub picture: Box<dyn Figure>,
+    /// Frequencies in Hz at which the magnification of Figure 6 has something else than period one at a tenth of its points or more.
+    strange: Vec<f64>,
+    /// Frequencies in Hz at which Figure 7's range has periods one and four and irregular motions.
+    as_figure_7: Vec<f64>,
+}
+
+impl SecondFrequency {
+    /// Computes the map.
+    ///
+    /// # Errors
+    /// As the study.
+    pub fn new(workshop: &Workshop) -> Result<Self, Error> {
+        let axes = [
+            ("belt_velocity", "m/s", 0.06, 0.112, workshop.points(53)),
+            ("mode[2].frequency", "Hz", 505.0, 530.0, workshop.points(51)),
+        ];
+        let set = [("normal_force", 100.0)];
+        workshop.study("second_frequency", &axes, &set, &[StartKind::Fixed], |s| {
+            Self {
+                picture: Box::new(pictures::map(s, StartKind::Fixed)),
+                strange: frequencies(s, MAGNIFICATION, |kinds| {
+                    10 * (kinds.longer + kinds.irregular) >= kinds.all
+                }),
+                as_figure_7: frequencies(s, FIGURE_7, |kinds| {
+                    kinds.one > 0 && kinds.four > 0 && kinds.irregular > 0
+                }),
+            }
+        })
+    }
+
+    /// Whether some frequency shows the magnification of Figure 6 as the paper has it.
+    pub fn is_strange_somewhere(&self) -> bool {
+        !self.strange.is_empty()
+    }
+
+    /// What it says of the magnification of Figure 6.
+    pub fn of_magnification(&self) -> String {
+        match (self.strange.first(), self.strange.last()) {
+            (Some(low), Some(high)) => format!(
+                "with the second natural frequency between {} and {} Hz instead of 510 Hz (the paper rounds it, and the window turns on it; map \
+                 beside Figure 7) the range is interrupted by longer periods and irregular motions too",
+                number(*low, 4),
+                number(*high, 4)
+            ),
+            _ => "nor does another second natural frequency from 505 to 530 Hz interrupt it".into(),
+        }
+    }
+
+    /// What it says of Figure 7.
+    pub fn of_figure_7(&self) -> String {
+        if self.as_figure_7.is_empty() {
+            return "no second natural frequency from 505 to 530 Hz on the grid has periods one and four and irregular motions together".into();
+        }
+        let list: Vec<String> = self.as_figure_7.iter().map(|f| number(*f, 4)).collect();
+        format!(
+            "periods one and four and irregular motions together occur with the second natural frequency at {} Hz: the period of the windows turns on \
+             less than the paper's rounding of 510 Hz",
+            list.join(", ")
+        )
+    }
+}
+
+/// How often each kind of motion occurs at one frequency.
+#[derive(Default)]
+struct Kinds {
+    all: usize,
+    one: usize,
+    four: usize,
+    longer: usize,
+    irregular: usize,
+}
+
+/// Frequencies in Hz at which the motions at belt velocities in `range` are as wanted.
+fn frequencies(study: &Study, range: (f64, f64), is_wanted: impl Fn(&Kinds) -> bool) -> Vec<f64> {
+    let grid = &study.plan.axes[1].values;
+    let wanted = grid.iter().filter(|f| {
+        let mut kinds = Kinds::default();
+        for (row, r) in study.rows.iter().zip(&study.results) {
+            let v = row.at[0];
+            // Ends of ranges on the grid belong to it, whatever their last digit.
+            if row.at[1] != **f || v < range.0 - 1e-9 || v > range.1 + 1e-9 {
+                continue;
+            }
+            kinds.all += 1;
+            let is_settled = r.status == "ok";
+            match r.period {
+                Some(1) if is_settled => kinds.one += 1,
+                Some(0) if is_settled => kinds.irregular += 1,
+                Some(period) if is_settled => {
+                    kinds.longer += 1;
+                    kinds.four += usize::from(period == 4);
+                }
+                _ => {}
+            }
+        }
+        is_wanted(&kinds)
+    });
+    wanted.copied().collect()
+}
