@@ -36,5 +36,6 @@ pub mod shot;
 mod starts;
 pub mod steps;
 pub mod unexplained;
+mod wave_fit;
 mod whiteness;
 mod words;

@@ -10,8 +10,8 @@
 use super::scan::{Argument, Line};
 use super::session::Session;
 use super::shot::Smoothing;
+use super::wave_fit::{AtWave, WaveFits};
 use crate::observer::PhaseMode;
-use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
@@ -174,19 +174,27 @@ fn find_lines(session: &Session, argument: Argument, range: (f64, f64), most: us
     for _ in 0..most {
         let mut best: Option<(f64, Vec<Option<AtWave>>)> = None;
         let mut most_gain = 0.0;
-        let mut wave = low;
-        while wave < high {
-            let fits: Vec<Option<AtWave>> = runs
-                .iter()
-                .zip(&rests)
-                .map(|(samples, rest)| at_wave(samples, rest, |s| TAU * wave * place(s)))
+        let mut sweeps: Vec<WaveFits> = runs
+            .iter()
+            .zip(&rests)
+            .map(|(samples, rest)| WaveFits::new(samples, rest, place, fine))
+            .collect();
+        let mut step = 0;
+        loop {
+            let wave = low + fine * step as f64;
+            if wave >= high {
+                break;
+            }
+            let fits: Vec<Option<AtWave>> = sweeps
+                .iter_mut()
+                .map(|sweep| sweep.at(wave, step))
                 .collect();
             let gain: f64 = fits.iter().flatten().map(|f| f.gain).sum();
             if gain > most_gain {
                 most_gain = gain;
                 best = Some((wave, fits));
             }
-            wave += fine;
+            step += 1;
         }
         let Some((wave, fits)) = best else { break };
         let (mut weight, mut mean) = (0.0, 0.0);
@@ -218,39 +226,6 @@ fn find_lines(session: &Session, argument: Argument, range: (f64, f64), most: us
 fn rest(s: &SlipSample) -> f64 {
     let limit = 0.5 * s.expected.abs();
     (s.force - s.expected).clamp(-limit, limit)
-}
-
-struct AtWave {
-    /// Fall of the logarithm of the likelihood.
-    gain: f64,
-    amplitude: f64,
-    phase: f64,
-}
-
-fn at_wave(
-    samples: &[SlipSample],
-    rests: &[f64],
-    angle: impl Fn(&SlipSample) -> f64,
-) -> Option<AtWave> {
-    let mut matrix = Matrix3::zeros();
-    let mut right = Vector3::zeros();
-    let mut total = 0.0;
-    for (s, rest) in samples.iter().zip(rests) {
-        let (sin, cos) = angle(s).sin_cos();
-        let row = Vector3::new(1.0, cos, sin) * s.expected;
-        matrix += row * row.transpose();
-        right += row * *rest;
-        total += rest * rest;
-    }
-    let solution = matrix.cholesky()?.solve(&right);
-    let level = right[0] * right[0] / matrix[(0, 0)];
-    let explained = right.dot(&solution);
-    let (before, after) = (total - level, total - explained);
-    (after > 0.0 && before > 0.0).then(|| AtWave {
-        gain: 0.5 * samples.len() as f64 * (before / after).ln(),
-        amplitude: solution[1].hypot(solution[2]),
-        phase: (-solution[2]).atan2(solution[1]),
-    })
 }
 
 /// Median; NaN of nothing.
