@@ -41,12 +41,13 @@ pub(super) fn believed_path(
     let Some(first) = singles.first() else {
         return path;
     };
-    // What comes down to the noise goes before what gains more for each of its parameters but does not, if it
-    // predicts better what was kept out.
+    // What comes down to the noise goes before what gains more for each of its parameters but does not, if it fits better by
+    // more than chance and predicts better what was kept out.
     let error = |c: &Contender| c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse);
     let complete = singles.iter().position(|s| {
         s.reaches_floor()
             && s.score(samples) < calibrated.score(samples) - NULL_GAIN
+            && s.fit.trimmed < first.fit.trimmed - NULL_GAIN
             && error(s) < error(first)
     });
     let chosen = match complete {
