@@ -113,8 +113,10 @@ pub struct NextMeasurement {
     pub normal_force_n: f64,
     /// Effects that it separates.
     pub separates: Vec<String>,
-    /// Least error over the noise expected there of a rival where another is true.
+    /// Least error over the noise expected there of a rival where another is true, its constants as they are.
     pub separation: f64,
+    /// Least distance in score expected of a rival behind the one that is true, once all are fitted to the new run too.
+    pub expected_gain: f64,
 }
 
 /// The whole diagnosis.

@@ -12,8 +12,10 @@ use crate::error::Error;
 use crate::watch::Watch;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Every how many-th group of shots is used while candidates are compared.
+/// Every how many-th group of shots is used at most while candidates are compared, ...
 const SCREEN_EVERY: usize = 3;
+/// ... fewer left out where so many shots would not be reached: what a poor campaign has is needed.
+const ENOUGH: usize = 40;
 /// A contender whose median error over the noise is below this is worth fitting further.
 const PROMISING: f64 = 30.0;
 /// ..., if it is also below this many times the best contender's.
@@ -45,7 +47,8 @@ pub struct Screen<'a> {
 impl<'a> Screen<'a> {
     /// Some of the shots of every run that is fitted.
     pub fn new(session: &'a Session<'a>) -> Self {
-        let indices = session.fit_shots(SCREEN_EVERY);
+        let every = (session.fit_shots(1).len() / ENOUGH).clamp(1, SCREEN_EVERY);
+        let indices = session.fit_shots(every);
         let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
         Self::of_shots(session, indices, shots)
     }
@@ -253,6 +256,14 @@ impl<'a> Screen<'a> {
         let h = self.session.hypothesis(choices)?;
         let centre = Point::centre(&h, &self.shots);
         let start = search::widen(&found.trial, &h, &centre);
+        self.refit(choices, start, POLISH)
+    }
+
+    /// A hypothesis fitted from a point of its own.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(super) fn fitted_from(&self, choices: &[Choice], start: Point) -> Result<Contender, Error> {
         self.refit(choices, start, POLISH)
     }
 

@@ -1,0 +1,92 @@
+//! Which operating point to measure next, where the data at hand can't tell effects apart.
+//!
+//! T-optimal design (Atkinson and Fedorov 1975): at each point a run is simulated by each of the rivals, from rest and after its
+//! transient, with the sensor's noise. It joins the runs measured, every rival is fitted to all of them, common constants included,
+//! and what counts is how far the others' scores then lie behind that of the rival which made the run: the same figure by
+//! which a diagnosis of the larger campaign will call them tied or not. (With constants held at what the runs measured made of them, points
+//! promise differences that the constants take up.) The point taken is the one where the least distance is largest, provided that it is
+//! well beyond a tie.
+
+mod joint;
+mod simulated;
+
+use super::contender::{Contender, name};
+use super::outcome::NextMeasurement;
+use super::rivals::TIE;
+use super::screen::Screen;
+use super::session::{Session, parallel};
+use crate::error::Error;
+use crate::measurement::Run;
+use joint::{Promise, promise};
+
+/// Belt velocities that are tried, in units of the fastest run's.
+const VELOCITIES: [f64; 4] = [0.25, 0.5, 0.8, 1.3];
+/// Normal forces that are tried, in units of the largest run's.
+const FORCES: [f64; 3] = [0.4, 0.75, 1.3];
+/// Rivals that are told apart, the best ones.
+const MOST_RIVALS: usize = 3;
+/// Error over the noise of a rival as it stands below which its constants need not be fitted: they only make it less.
+const TELLS: f64 = 1.2;
+/// Distance in score that a point must promise: the noise of one more run moves it by several units.
+const SURE: f64 = 2.0 * TIE;
+
+/// The operating point that tells rivals apart best; `None` if there is nothing to tell apart or no point helps.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn recommend(
+    session: &Session,
+    rivals: &[&Contender],
+) -> Result<Option<NextMeasurement>, Error> {
+    if rivals.len() < 2 {
+        return Ok(None);
+    }
+    let rivals = &rivals[..rivals.len().min(MOST_RIVALS)];
+    let runs = &session.campaign.runs;
+    let most =
+        |value: fn(&Run) -> f64| runs.iter().map(value).fold(0.0, |a: f64, b| a.max(b.abs()));
+    let (fastest, strongest) = (most(|r| r.belt_velocity), most(|r| r.normal_force));
+    let points: Vec<(f64, f64)> = VELOCITIES
+        .iter()
+        .flat_map(|v| FORCES.map(|f| (rounded(v * fastest), rounded(f * strongest))))
+        .collect();
+    let screen = Screen::new(session);
+    let promises = parallel(&points, |&point| {
+        promise(session, &screen, rivals, point, TELLS)
+    })?;
+    let best = points
+        .iter()
+        .zip(promises)
+        .filter_map(|(point, promise)| Some((point, promise?)))
+        .filter(|(_, promise)| promise.gain >= SURE)
+        .max_by(|a, b| a.1.gain.total_cmp(&b.1.gain));
+    let mut separates: Vec<String> = rivals.iter().map(|r| name(session, &r.choices)).collect();
+    separates.dedup();
+    Ok(best.map(
+        |(&(velocity, force), Promise { separation, gain })| NextMeasurement {
+            belt_velocity_m_per_s: velocity,
+            normal_force_n: force,
+            separates,
+            separation,
+            expected_gain: gain,
+        },
+    ))
+}
+
+/// To two digits: nobody sets a rig closer.
+fn rounded(value: f64) -> f64 {
+    let digits = format!("{value:.1e}");
+    digits.parse().expect("a number that was just written")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn operating_points_are_given_to_two_digits() {
+        for (value, digits) in [(0.123_4, 0.12), (78.4, 78.0), (0.009_96, 0.01)] {
+            assert_eq!(rounded(value), digits, "{value}");
+        }
+    }
+}
