@@ -5,6 +5,7 @@ pub mod series;
 use crate::beam::{Beam, MAX_MODES};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
+use crate::effects::series::Hooks;
 use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion, StateVariable};
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
@@ -24,10 +25,8 @@ struct Enabled {
     first_state: usize,
     /// First of the effect's registers in power series.
     first_register: usize,
-    /// Whether it has a factor on the friction force in power series, ...
-    has_factor: bool,
-    /// ... and one on the static limit.
-    has_static_factor: bool,
+    /// What it contributes to power series.
+    hooks: Hooks,
     /// States inside the modal block are integrated as modes, not by the effect.
     is_mode: bool,
 }
@@ -125,8 +124,7 @@ impl Model {
                     effect,
                     first_state: 2 * before,
                     first_register: 0,
-                    has_factor: false,
-                    has_static_factor: false,
+                    hooks: Hooks::default(),
                     is_mode,
                 });
             }
@@ -146,8 +144,7 @@ impl Model {
                 effect: Box::new(user.compile()?),
                 first_state: 0,
                 first_register: 0,
-                has_factor: false,
-                has_static_factor: false,
+                hooks: Hooks::default(),
                 is_mode: false,
             });
         }
@@ -262,11 +259,7 @@ impl Model {
     fn belt_give(&self, x: &State) -> BeltGive {
         let mut give = BeltGive::default();
         for e in self.effects.iter().filter(|e| !e.states.is_empty()) {
-            let part = e.effect.belt_give(self.states(e, x));
-            give.displacement += part.displacement;
-            give.velocity += part.velocity;
-            give.free_acceleration += part.free_acceleration;
-            give.mobility += part.mobility;
+            give.add(e.effect.belt_give(self.states(e, x)));
         }
         give
     }

@@ -1,6 +1,6 @@
 //! The normal force acts along the beam and softens it.
 
-use super::series::{EffectSeries, MotionSeries, Series, State};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, State};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
@@ -80,6 +80,13 @@ impl Effect for AxialLoad {
 }
 
 impl EffectSeries for AxialLoad {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            modal_acceleration: true,
+            ..Hooks::default()
+        }
+    }
+
     fn add_modal_acceleration(
         &self,
         k: usize,

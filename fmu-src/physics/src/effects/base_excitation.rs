@@ -1,6 +1,8 @@
 //! The clamp of the beam shakes.
 
-use super::series::{EffectSeries, HARMONIC_REGISTERS, MotionSeries, Series, State, harmonic};
+use super::series::{
+    EffectSeries, HARMONIC_REGISTERS, Hooks, MotionSeries, Series, State, harmonic,
+};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
@@ -105,6 +107,13 @@ impl Effect for Shaking {
 }
 
 impl EffectSeries for Shaking {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            modal_acceleration: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         HARMONIC_REGISTERS
     }

@@ -1,6 +1,6 @@
 //! A belt drive that gives way under the friction force.
 
-use super::series::{EffectSeries, Series};
+use super::series::{EffectSeries, Hooks, Series};
 use super::{
     BeltGive, Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable,
 };
@@ -117,6 +117,14 @@ impl Effect for Drive {
 }
 
 impl EffectSeries for Drive {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            rates: true,
+            belt_give: true,
+            ..Hooks::default()
+        }
+    }
+
     fn add_rates(
         &self,
         _k: usize,

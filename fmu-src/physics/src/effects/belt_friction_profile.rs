@@ -1,6 +1,6 @@
 //! Friction that depends on the place along the track, without a period.
 
-use super::series::{EffectSeries, MotionSeries, Series, keeps_sign, product};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, ONE};
@@ -196,11 +196,15 @@ impl Effect for Profile {
 }
 
 impl EffectSeries for Profile {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            factor: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         2
-    }
-    fn has_factor(&self) -> bool {
-        true
     }
     fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
         let [u, square, ..] = registers else {

@@ -1,6 +1,6 @@
 //! Friction that varies periodically along the belt.
 
-use super::series::{COSINE_REGISTERS, EffectSeries, MotionSeries, Series, cosine};
+use super::series::{COSINE_REGISTERS, EffectSeries, Hooks, MotionSeries, Series, cosine};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, ONE, RADIAN};
@@ -87,11 +87,15 @@ impl Effect for Periodic {
 }
 
 impl EffectSeries for Periodic {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            factor: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         COSINE_REGISTERS
-    }
-    fn has_factor(&self) -> bool {
-        true
     }
     fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
         let offset = if k == 0 { self.phase } else { 0.0 };

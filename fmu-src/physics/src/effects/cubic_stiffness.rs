@@ -1,6 +1,6 @@
 //! A restoring force that grows with the cube of the deflection.
 
-use super::series::{EffectSeries, MotionSeries, Series, product};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::NEWTON_PER_METRE3;
@@ -56,6 +56,13 @@ impl Effect for Cubic {
 }
 
 impl EffectSeries for Cubic {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            tip_force: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         1
     }

@@ -1,6 +1,6 @@
 //! Friction that warms up or wears during a run.
 
-use super::series::{EffectSeries, MotionSeries, Series};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{ONE, SECOND};
@@ -75,11 +75,15 @@ impl Effect for Drift {
 }
 
 impl EffectSeries for Drift {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            factor: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         1
-    }
-    fn has_factor(&self) -> bool {
-        true
     }
     fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
         let cold = &mut registers[0];

@@ -1,6 +1,6 @@
 //! Sliding friction that follows changes of velocity late.
 
-use super::series::{EffectSeries, Series};
+use super::series::{EffectSeries, Hooks, Series};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
 use crate::unit::{METRE_PER_SECOND, SECOND};
@@ -76,6 +76,14 @@ impl Effect for Lag {
 }
 
 impl EffectSeries for Lag {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            rates: true,
+            lagged_speed: true,
+            ..Hooks::default()
+        }
+    }
+
     fn add_rates(
         &self,
         _k: usize,

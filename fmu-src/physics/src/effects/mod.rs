@@ -177,6 +177,17 @@ pub struct BeltGive {
     pub mobility: f64,
 }
 
+impl BeltGive {
+    /// Adds what another part gives.
+    #[inline]
+    pub fn add(&mut self, part: Self) {
+        self.displacement += part.displacement;
+        self.velocity += part.velocity;
+        self.free_acceleration += part.free_acceleration;
+        self.mobility += part.mobility;
+    }
+}
+
 /// The hooks of an effect. Every default adds nothing. `x` are the effect's own states.
 pub trait Effect: Send + Sync {
     /// Adds modes to the structure, once.

@@ -1,6 +1,6 @@
 //! A tip deflection that loads or unloads the contact.
 
-use super::series::{EffectSeries, MotionSeries, Series};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::PER_METRE;
@@ -56,9 +56,13 @@ impl Effect for Coupling {
 }
 
 impl EffectSeries for Coupling {
-    fn has_factor(&self) -> bool {
-        true
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            factor: true,
+            ..Hooks::default()
+        }
     }
+
     fn factor(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
         let change = self.0 * m.displacement[k];
         if k == 0 { 1.0 + change } else { change }

@@ -1,6 +1,6 @@
 //! A pressing force that pulsates at a fixed frequency.
 
-use super::series::{EffectSeries, HARMONIC_REGISTERS, MotionSeries, Series, harmonic};
+use super::series::{EffectSeries, HARMONIC_REGISTERS, Hooks, MotionSeries, Series, harmonic};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{HERTZ, ONE, RADIAN};
@@ -92,11 +92,15 @@ impl Effect for Pulsation {
 }
 
 impl EffectSeries for Pulsation {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            factor: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         HARMONIC_REGISTERS
-    }
-    fn has_factor(&self) -> bool {
-        true
     }
     fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
         let angle = self.angular_frequency * m.start.time + self.phase;

@@ -1,6 +1,6 @@
 //! Asperities that deform elastically before gross slip: the LuGre bristle.
 
-use super::series::{EffectSeries, MotionSeries, Series, product, quotient};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, product, quotient};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, NEWTON_PER_METRE, NEWTON_SECOND_PER_METRE};
@@ -98,6 +98,14 @@ impl Effect for Bristle {
 }
 
 impl EffectSeries for Bristle {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            memory_force: true,
+            rates: true,
+            ..Hooks::default()
+        }
+    }
+
     fn register_count(&self) -> usize {
         4
     }

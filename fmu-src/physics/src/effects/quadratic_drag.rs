@@ -1,6 +1,6 @@
 //! Air drag on the moving beam.
 
-use super::series::{EffectSeries, MotionSeries, Series, keeps_sign, product};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::NEWTON_SECOND2_PER_METRE2;
@@ -55,6 +55,13 @@ impl Effect for Drag {
 }
 
 impl EffectSeries for Drag {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            tip_force: true,
+            ..Hooks::default()
+        }
+    }
+
     fn tip_force(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
         -self.0 * m.velocity[0].signum() * product(&m.velocity, &m.velocity, k)
     }

@@ -1,6 +1,6 @@
 //! A measuring chain that is late or band-limited.
 
-use super::series::{EffectSeries, Series};
+use super::series::{EffectSeries, Hooks, Series};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
 use crate::unit::{METRE, SECOND};
@@ -67,6 +67,13 @@ impl Effect for SensorLag {
 }
 
 impl EffectSeries for SensorLag {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            rates: true,
+            ..Hooks::default()
+        }
+    }
+
     fn add_rates(
         &self,
         _k: usize,

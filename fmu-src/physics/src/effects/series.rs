@@ -77,6 +77,29 @@ impl MotionSeries {
     }
 }
 
+/// Which hooks an effect uses. Each is asked for every power of every step, so those without are passed over.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Hooks {
+    /// [`EffectSeries::add_modal_acceleration`].
+    pub modal_acceleration: bool,
+    /// [`EffectSeries::tip_force`].
+    pub tip_force: bool,
+    /// [`EffectSeries::friction_term`].
+    pub friction_term: bool,
+    /// [`EffectSeries::factor`].
+    pub factor: bool,
+    /// [`EffectSeries::static_factor`].
+    pub static_factor: bool,
+    /// [`EffectSeries::memory_force`].
+    pub memory_force: bool,
+    /// [`EffectSeries::add_rates`].
+    pub rates: bool,
+    /// [`super::Effect::lagged_speed`].
+    pub lagged_speed: bool,
+    /// [`super::Effect::belt_give`].
+    pub belt_give: bool,
+}
+
 /// The hooks of an effect on power series. Every default adds nothing.
 ///
 /// Each gives coefficient `k` and is asked for k = 0, 1, 2, ... in turn. `registers` keep what the
@@ -85,6 +108,10 @@ pub trait EffectSeries {
     /// Whether the effect takes part in slip at all, other than by a mode that it adds.
     fn acts_in_slip(&self) -> bool {
         true
+    }
+    /// Which of the following, and of the hooks on values that are linear in the states, the effect uses.
+    fn hooks(&self) -> Hooks {
+        Hooks::default()
     }
     /// Number of series that the effect keeps for itself.
     fn register_count(&self) -> usize {
@@ -108,17 +135,9 @@ pub trait EffectSeries {
     fn friction_term(&self, _speed: f64) -> f64 {
         0.0
     }
-    /// Whether the effect has a [`EffectSeries::factor`].
-    fn has_factor(&self) -> bool {
-        false
-    }
     /// Factor on the coefficient of friction or on the normal force.
     fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
         if k == 0 { 1.0 } else { 0.0 }
-    }
-    /// Whether the effect has a [`EffectSeries::static_factor`].
-    fn has_static_factor(&self) -> bool {
-        false
     }
     /// Factor on the static limit, from the dwell at the start.
     fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {

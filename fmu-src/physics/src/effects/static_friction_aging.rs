@@ -1,6 +1,6 @@
 //! Static friction that grows with the time of stationary contact.
 
-use super::series::{EffectSeries, MotionSeries, Series};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::{ONE, SECOND};
@@ -98,15 +98,19 @@ impl Effect for Aging {
 }
 
 impl EffectSeries for Aging {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            static_factor: true,
+            ..Hooks::default()
+        }
+    }
+
     fn acts_in_slip(&self) -> bool {
         false
     }
 
     fn register_count(&self) -> usize {
         1
-    }
-    fn has_static_factor(&self) -> bool {
-        true
     }
     fn static_factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
         let x = m.start.dwell / self.time_constant;

@@ -1,6 +1,6 @@
 //! Friction that rises with the sliding speed.
 
-use super::series::EffectSeries;
+use super::series::{EffectSeries, Hooks};
 use super::{Card, Context, Effect, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::SECOND_PER_METRE;
@@ -53,6 +53,13 @@ impl Effect for Viscous {
 }
 
 impl EffectSeries for Viscous {
+    fn hooks(&self) -> Hooks {
+        Hooks {
+            friction_term: true,
+            ..Hooks::default()
+        }
+    }
+
     fn friction_term(&self, speed: f64) -> f64 {
         self.0 * speed
     }

@@ -18,6 +18,8 @@ use full::FullSeries;
 const MAX_REGISTERS: usize = 16;
 /// Most effects with a factor on the friction force.
 const MAX_FACTORS: usize = 6;
+/// Most effects that are on together.
+const MAX_PARTS: usize = 16;
 /// Share of the static limit in the terms left out, from which on they do not matter.
 const ROUNDING: f64 = 1e-13;
 const NONE: Series = [0.0; MAX_DEGREE + 1];
@@ -29,16 +31,15 @@ pub(super) fn exponential_sum(
     effects: &mut [Enabled],
 ) -> Option<ExponentialSum> {
     let (mut registers, mut factors) = (0, 0);
-    for e in effects {
+    for e in effects.iter_mut() {
         let series = e.effect.series()?;
-        let (count, has_factor) = (series.register_count(), series.has_factor());
-        let has_static_factor = series.has_static_factor();
-        (e.has_factor, e.has_static_factor) = (has_factor, has_static_factor);
+        let (count, hooks) = (series.register_count(), series.hooks());
+        e.hooks = hooks;
         e.first_register = registers;
         registers += count;
-        factors += usize::from(has_factor);
+        factors += usize::from(hooks.factor);
     }
-    let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS;
+    let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
     law.exponential_sum().filter(|_| fits)
 }
 

@@ -1,9 +1,9 @@
 //! The model with effects, in slip and in stick.
 
-use super::{MAX_FACTORS, MAX_REGISTERS, NONE};
+use super::{MAX_FACTORS, MAX_PARTS, MAX_REGISTERS, NONE};
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
-use crate::effects::series::{EffectSeries, MotionSeries, Series, keeps_sign, product};
+use crate::effects::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
 use crate::effects::{BeltGive, ContactForce, Motion};
 use crate::friction::series::{CoefficientSeries, ExponentialSum};
 use crate::integrate::series::RECIPROCAL;
@@ -32,11 +32,16 @@ pub(super) struct FullSeries<'a> {
     partial: [Series; MAX_FACTORS + 1],
     factor_count: usize,
     registers: [Series; MAX_REGISTERS],
+    /// Effects with their series, as many as there are.
+    parts: [Option<Part<'a>>; MAX_PARTS],
+    part_count: usize,
 }
 
-/// An effect with its series.
-fn with_series(e: &Enabled) -> Option<(&Enabled, &dyn EffectSeries)> {
-    Some((e, e.effect.series()?))
+/// An effect with its series, looked up once for all powers.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    enabled: &'a Enabled,
+    series: &'a dyn EffectSeries,
 }
 
 impl<'a> FullSeries<'a> {
@@ -52,6 +57,11 @@ impl<'a> FullSeries<'a> {
         let mut motion = MotionSeries::new(unit, start);
         let [belt_velocity, normal_force] = model.given(t, unit);
         motion.normal_force[..2].copy_from_slice(&normal_force);
+        let mut parts = [None; MAX_PARTS];
+        for (part, enabled) in parts.iter_mut().zip(model.effects.iter()) {
+            let series = enabled.effect.series();
+            *part = series.map(|series| Part { enabled, series });
+        }
         Self {
             model,
             mode,
@@ -71,7 +81,15 @@ impl<'a> FullSeries<'a> {
             partial: [NONE; MAX_FACTORS + 1],
             factor_count: 0,
             registers: [NONE; MAX_REGISTERS],
+            parts,
+            part_count: model.effects.len(),
         }
+    }
+
+    /// Effect `i` if it uses a hook.
+    #[inline]
+    fn part(&self, i: usize, uses: impl Fn(&Hooks) -> bool) -> Option<Part<'a>> {
+        self.parts[i].filter(|part| uses(&part.enabled.hooks))
     }
 
     /// Friction capacity in N, in stick the static limit.
@@ -82,7 +100,12 @@ impl<'a> FullSeries<'a> {
     /// Works out the kinematics; the belt's give is linear in the states.
     pub(super) fn observe(&mut self, k: usize, x: &State) -> BeltGive {
         let (displacement, velocity) = self.model.tip(x);
-        let give = self.model.belt_give(x);
+        let mut give = BeltGive::default();
+        for i in 0..self.part_count {
+            if let Some(Part { enabled: e, .. }) = self.part(i, |h| h.belt_give) {
+                give.add(e.effect.belt_give(self.model.states(e, x)));
+            }
+        }
         let m = &mut self.motion;
         let belt = self.belt_velocity.get(k).unwrap_or(&0.0) + give.velocity;
         let distance = self.distance.get(k).unwrap_or(&0.0);
@@ -107,10 +130,19 @@ impl<'a> FullSeries<'a> {
         let (model, x) = (self.model, &states[k]);
         let give = self.observe(k, x);
         let mut tip_force = 0.0;
-        for (e, series) in model.effects.iter().filter_map(with_series) {
+        for i in 0..self.part_count {
+            let Some(Part { enabled: e, series }) =
+                self.part(i, |h| h.tip_force || h.modal_acceleration)
+            else {
+                continue;
+            };
             let registers = &mut self.registers[e.first_register..];
-            tip_force += series.tip_force(k, &self.motion, registers);
-            series.add_modal_acceleration(k, &self.motion, states, registers, acceleration);
+            if e.hooks.tip_force {
+                tip_force += series.tip_force(k, &self.motion, registers);
+            }
+            if e.hooks.modal_acceleration {
+                series.add_modal_acceleration(k, &self.motion, states, registers, acceleration);
+            }
         }
         let mut free = 0.0;
         for j in 0..model.mode_count {
@@ -140,17 +172,23 @@ impl<'a> FullSeries<'a> {
     /// Coefficient of friction in slip, from the speed at which the law is evaluated.
     fn next_mu(&mut self, k: usize, x: &State) -> f64 {
         let model = self.model;
-        let argument = model
-            .effects
-            .iter()
-            .filter(|e| !e.states.is_empty())
-            .find_map(|e| e.effect.lagged_speed(model.states(e, x)))
-            .unwrap_or(self.motion.speed[k]);
+        let mut argument = self.motion.speed[k];
+        for i in 0..self.part_count {
+            let lagged = self.part(i, |h| h.lagged_speed).map(|part| part.enabled);
+            if let Some(u) = lagged.and_then(|e| e.effect.lagged_speed(model.states(e, x))) {
+                argument = u;
+                break;
+            }
+        }
         if k == 0 {
             self.first_argument = argument;
         }
-        let terms = model.effects.iter().filter_map(with_series);
-        let added: f64 = terms.map(|(_, s)| s.friction_term(argument)).sum();
+        let mut added = 0.0;
+        for i in 0..self.part_count {
+            if let Some(part) = self.part(i, |h| h.friction_term) {
+                added += part.series.friction_term(argument);
+            }
+        }
         self.friction.next(k, argument) + added
     }
 
@@ -167,12 +205,16 @@ impl<'a> FullSeries<'a> {
         let before = if k == 0 { 0.0 } else { self.mu[k - 1] };
         self.partial[0][k] = model.level * (force[0] * self.mu[k] + force[1] * before);
         self.factor_count = 0;
-        for (e, series) in model.effects.iter().filter_map(with_series) {
+        for i in 0..self.part_count {
+            let Some(Part { enabled: e, series }) = self.part(i, |h| h.factor || h.static_factor)
+            else {
+                continue;
+            };
             let registers = &mut self.registers[e.first_register..];
-            if e.has_factor {
+            if e.hooks.factor {
                 let factor = series.factor(k, &self.motion, registers);
                 self.multiply(k, factor);
-            } else if stuck && e.has_static_factor {
+            } else if stuck && e.hooks.static_factor {
                 let factor = series.static_factor(k, &self.motion, registers);
                 self.multiply(k, factor);
             }
@@ -191,7 +233,10 @@ impl<'a> FullSeries<'a> {
     fn memory_force(&mut self, k: usize, x: &State) -> f64 {
         let model = self.model;
         let mut force = 0.0;
-        for (e, series) in model.effects.iter().filter_map(with_series) {
+        for i in 0..self.part_count {
+            let Some(Part { enabled: e, series }) = self.part(i, |h| h.memory_force) else {
+                continue;
+            };
             force += series.memory_force(
                 k,
                 &self.motion,
@@ -212,15 +257,10 @@ impl<'a> FullSeries<'a> {
             && keeps(&self.motion.normal_force)
             && keeps(&self.mu)
             && self.factors[..self.factor_count].iter().all(keeps)
-            && self
-                .model
-                .effects
-                .iter()
-                .filter_map(with_series)
-                .all(|(e, series)| {
-                    let registers = &self.registers[e.first_register..];
-                    series.holds(&self.motion, registers, degree, theta)
-                })
+            && self.parts[..self.part_count].iter().flatten().all(|part| {
+                let registers = &self.registers[part.enabled.first_register..];
+                part.series.holds(&self.motion, registers, degree, theta)
+            })
     }
 }
 
@@ -253,8 +293,10 @@ impl SeriesSystem for FullSeries<'_> {
             capacity: self.capacity()[k],
             stuck: self.mode == ContactMode::Stuck,
         };
-        let effects = model.effects.iter().filter_map(with_series);
-        for (e, series) in effects.filter(|(e, _)| !e.is_mode) {
+        for i in 0..self.part_count {
+            let Some(Part { enabled: e, series }) = self.part(i, |h| h.rates) else {
+                continue;
+            };
             let range = e.first_state..e.first_state + e.states.len();
             let registers = &mut self.registers[e.first_register..];
             let rates = &mut next[range.clone()];
