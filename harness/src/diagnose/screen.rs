@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Every how many-th group of shots is used at most while candidates are compared, ...
 const SCREEN_EVERY: usize = 3;
 /// ... fewer left out where so many shots would not be reached: what a poor campaign has is needed.
-const ENOUGH: usize = 40;
+const ENOUGH: usize = 24;
 /// A contender whose median error over the noise is below this is worth fitting further.
 const PROMISING: f64 = 30.0;
 /// ..., if it is also below this many times the best contender's.

@@ -19,6 +19,10 @@ const FIGURE_7: (f64, f64) = (0.096, 0.112);
 pub struct SecondFrequency {
     /// The map.
     pub picture: Box<dyn Figure>,
+    /// The paper's second natural frequency in Hz.
+    nominal: f64,
+    /// Number of frequencies tried.
+    tried: usize,
     /// Frequencies in Hz at which the magnification of Figure 6 has something else than period one at a tenth of its points or more.
     strange: Vec<f64>,
     /// Frequencies in Hz at which Figure 7's range has periods one and four and irregular motions.
@@ -39,6 +43,8 @@ impl SecondFrequency {
         workshop.study("second_frequency", &axes, &set, &[StartKind::Fixed], |s| {
             Self {
                 picture: Box::new(pictures::map(s, StartKind::Fixed)),
+                nominal: s.plan.base.get("mode[2].frequency").unwrap_or(f64::NAN),
+                tried: s.plan.axes[1].values.len(),
                 strange: frequencies(s, MAGNIFICATION, |kinds| {
                     10 * (kinds.longer + kinds.irregular) >= kinds.all
                 }),
@@ -56,14 +62,20 @@ impl SecondFrequency {
 
     /// What it says of the magnification of Figure 6.
     pub fn of_magnification(&self) -> String {
-        match (self.strange.first(), self.strange.last()) {
-            (Some(low), Some(high)) => format!(
-                "with the second natural frequency between {} and {} Hz instead of 510 Hz (the paper rounds it, and the window turns on it; map \
-                 beside Figure 7) the range is interrupted by longer periods and irregular motions too",
-                number(*low, 4),
-                number(*high, 4)
+        let nominal = self.nominal;
+        let nearest = |a: &&f64, b: &&f64| (**a - nominal).abs().total_cmp(&(**b - nominal).abs());
+        match self.strange.iter().min_by(nearest) {
+            Some(f) => format!(
+                "with a second natural frequency of {} Hz instead of {} Hz (the paper rounds it, and the windows turn on it: map beside \
+                 Figure 7) a tenth of the range or more has longer periods and irregular motions, as at {} of the {} frequencies from 505 to 530 Hz",
+                number(*f, 4),
+                number(nominal, 4),
+                self.strange.len(),
+                self.tried
             ),
-            _ => "nor does another second natural frequency from 505 to 530 Hz interrupt it".into(),
+            None => {
+                "nor does another second natural frequency from 505 to 530 Hz interrupt it".into()
+            }
         }
     }
 
