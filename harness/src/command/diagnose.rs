@@ -8,6 +8,7 @@ use super::progress::Progress;
 use super::{diagnose_page, proposed_effect, repaired_model};
 use crate::diagnose::conclude::conclude;
 use crate::diagnose::outcome::Diagnosis;
+use crate::diagnose::rivals::TIE;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::{Step, climb, prune};
@@ -151,11 +152,11 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     if let Some(next) = &diagnosis.next_measurement {
         let _ = writeln!(
             out,
-            "\nTo tell {} apart, measure at {} m/s and {} N (where one is true, the others' errors are {:.0} times the noise or more).",
+            "\nTo tell {} apart, measure at {} m/s and {} N (those that are wrong should then fall behind by {:.0} in gain; {TIE} is a tie).",
             next.separates.join(", "),
             next.belt_velocity_m_per_s,
             next.normal_force_n,
-            next.separation
+            next.expected_gain
         );
     }
     for (i, term) in diagnosis.proposed_terms.iter().enumerate() {

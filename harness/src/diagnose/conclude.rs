@@ -93,10 +93,15 @@ pub fn conclude(
     let trial = &steps[last].trial;
     let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
     let summary = words(session, verdict, &effects, &ladder, &colours, selection);
-    let next_measurement = match verdict {
-        Verdict::EffectFound => super::next_measurement::recommend(session, &rivals(selection))?,
-        _ => None,
+    let tied = match verdict {
+        Verdict::EffectFound => rivals(selection),
+        _ => Vec::new(),
     };
+    let next_measurement = super::next_measurement::recommend(session, &tied)?;
+    let mut remarks = remarks(session, trial, selection, &effects);
+    if tied.len() > 1 && next_measurement.is_none() {
+        remarks.push(super::next_measurement::NONE_HELPS.to_owned());
+    }
     let mut residual = super::residual::describe(
         session,
         &steps[0].trial.hypothesis,
@@ -119,7 +124,7 @@ pub fn conclude(
         proposed_terms,
         next_measurement,
         summary,
-        remarks: remarks(session, trial, selection, &effects),
+        remarks,
         calibrated: trial
             .hypothesis
             .shared

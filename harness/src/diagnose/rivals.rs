@@ -4,7 +4,7 @@ use super::contender::Contender;
 use super::select::Selection;
 
 /// Rivals whose score lies within this of the best can't be told from it.
-pub(super) const TIE: f64 = 12.0;
+pub const TIE: f64 = 12.0;
 
 /// The others with as many effects as the hypothesis at the end of the path that explain the data as well.
 fn alike(selection: &Selection) -> impl Iterator<Item = &Contender> {

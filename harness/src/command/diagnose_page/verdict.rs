@@ -2,6 +2,7 @@
 
 use super::{Material, SECTIONS};
 use crate::diagnose::outcome::{Diagnosis, Estimate, FoundEffect, Verdict};
+use crate::diagnose::rivals::TIE;
 use crate::report::{Colour, Page, number};
 
 /// The bar that stays in sight.
@@ -169,11 +170,13 @@ fn next(page: Page, diagnosis: &Diagnosis) -> Page {
     match &diagnosis.next_measurement {
         None => page,
         Some(next) => page.paragraph(&format!(
-            "Next measurement: belt velocity {} m/s, normal force {} N. There {} can be told apart: where one is true, the errors of the others are {} times the noise or more.",
+            "Next measurement: belt velocity {} m/s, normal force {} N. There {} can be told apart: fitted to such a run too, those that are \
+             wrong should fall behind by {} in score or more, where a tie is {} or less.",
             number(next.belt_velocity_m_per_s, 3),
             number(next.normal_force_n, 3),
             next.separates.join(" and "),
-            number(next.separation, 3)
+            number(next.expected_gain, 2),
+            TIE
         )),
     }
 }
