@@ -264,7 +264,7 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub(super) fn fitted_from(&self, choices: &[Choice], start: Point) -> Result<Contender, Error> {
-        self.refit(choices, start, POLISH)
+        self.refit(choices, start, RETRY)
     }
 
     fn refit(

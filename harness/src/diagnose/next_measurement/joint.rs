@@ -13,54 +13,68 @@ use crate::diagnose::unexplained::median;
 use crate::error::Error;
 use crate::measurement::{Campaign, Run};
 
-/// What a run at an operating point would tell.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Promise {
+/// The runs that rivals would make at an operating point, and how all rivals fare on them as they stand.
+pub(super) struct Prospect {
     /// Least median error over the noise of a rival on a run that another made, its constants as they are.
     pub separation: f64,
-    /// Least distance in score of a rival behind the one that made the run, all of them fitted to all runs.
-    pub gain: f64,
+    /// For each rival the run that it makes, and each rival on that run alone.
+    runs: Vec<(Run, Vec<Judged>)>,
 }
 
-/// What a run at a point would tell; `None` if a motion can't be simulated or judged there, or if a rival does as well on it as it
-/// stands, its friction level, offset, phases and start states apart (below `tells` times the noise).
-///
-/// # Errors
-/// An FMU that can't be run.
-pub(super) fn promise(
-    session: &Session,
-    screen: &Screen,
-    rivals: &[&Contender],
-    point: (f64, f64),
-    tells: f64,
-) -> Result<Option<Promise>, Error> {
-    let mut least = Promise {
-        separation: f64::INFINITY,
-        gain: f64::INFINITY,
-    };
-    for (t, truth) in rivals.iter().enumerate() {
-        let Some(run) = simulated(session, truth, point)? else {
-            return Ok(None);
-        };
-        let Some(own) = judged_alone(session, rivals, &run)? else {
-            return Ok(None);
-        };
-        for (o, judged) in own.iter().enumerate() {
-            if rivals[o].effects() != truth.effects() {
-                least.separation = least.separation.min(judged.error);
-            }
+impl Prospect {
+    /// The runs at a belt velocity in m/s and a normal force in N; `None` if a motion can't be simulated or judged there.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn new(
+        session: &Session,
+        rivals: &[&Contender],
+        point: (f64, f64),
+    ) -> Result<Option<Self>, Error> {
+        let mut separation = f64::INFINITY;
+        let mut runs = Vec::new();
+        for truth in rivals {
+            let Some(run) = simulated(session, truth, point)? else {
+                return Ok(None);
+            };
+            let Some(judged) = judged_alone(session, rivals, &run)? else {
+                return Ok(None);
+            };
+            let others = rivals
+                .iter()
+                .zip(&judged)
+                .filter(|(r, _)| is_other(r, truth));
+            separation = others.fold(separation, |least, (_, j)| least.min(j.error));
+            runs.push((run, judged));
         }
-        if !(least.separation >= tells) {
-            return Ok(None);
-        }
-        let scores = together(session, screen, rivals, &run, &own)?;
-        for (o, score) in scores.iter().enumerate() {
-            if rivals[o].effects() != truth.effects() {
-                least.gain = least.gain.min(score - scores[t]);
-            }
-        }
+        Ok(Some(Self { separation, runs }))
     }
-    Ok(Some(least))
+
+    /// Least distance in score of a rival behind the one that made the run, all of them fitted to all runs.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn gain(
+        &self,
+        session: &Session,
+        screen: &Screen,
+        rivals: &[&Contender],
+    ) -> Result<f64, Error> {
+        let mut least = f64::INFINITY;
+        for (t, (run, judged)) in self.runs.iter().enumerate() {
+            let scores = together(session, screen, rivals, run, judged)?;
+            let others = rivals
+                .iter()
+                .zip(&scores)
+                .filter(|(r, _)| is_other(r, rivals[t]));
+            least = others.fold(least, |least, (_, score)| least.min(score - scores[t]));
+        }
+        Ok(least)
+    }
+}
+
+fn is_other(rival: &Contender, truth: &Contender) -> bool {
+    rival.effects() != truth.effects()
 }
 
 /// A rival on a simulated run alone.

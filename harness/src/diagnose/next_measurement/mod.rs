@@ -17,7 +17,7 @@ use super::screen::Screen;
 use super::session::{Session, parallel};
 use crate::error::Error;
 use crate::measurement::Run;
-use joint::{Promise, promise};
+use joint::Prospect;
 
 /// Belt velocities that are tried, in units of the fastest run's.
 const VELOCITIES: [f64; 4] = [0.25, 0.5, 0.8, 1.3];
@@ -27,6 +27,10 @@ const FORCES: [f64; 3] = [0.4, 0.75, 1.3];
 const MOST_RIVALS: usize = 3;
 /// Error over the noise of a rival as it stands below which its constants need not be fitted: they only make it less.
 const TELLS: f64 = 1.2;
+/// Shots of the comparison times points at which the rivals are fitted to the simulated runs: in poor campaigns all points, ...
+const AFFORDED: usize = 240;
+/// ... in rich ones at least so many, those where the rivals as they stand differ most.
+const LEAST_POINTS: usize = 3;
 /// Distance in score that a point must promise: the noise of one more run moves it by several units.
 const SURE: f64 = 2.0 * TIE;
 
@@ -54,24 +58,32 @@ pub fn recommend(
         .iter()
         .flat_map(|v| FORCES.map(|f| (rounded(v * fastest), rounded(f * strongest))))
         .collect();
+    let prospects = parallel(&points, |&point| Prospect::new(session, rivals, point))?;
+    let mut open: Vec<((f64, f64), Prospect)> = points
+        .into_iter()
+        .zip(prospects)
+        .filter_map(|(point, prospect)| Some((point, prospect?)))
+        .filter(|(_, prospect)| prospect.separation >= TELLS)
+        .collect();
+    open.sort_by(|a, b| b.1.separation.total_cmp(&a.1.separation));
     let screen = Screen::new(session);
-    let promises = parallel(&points, |&point| {
-        promise(session, &screen, rivals, point, TELLS)
+    open.truncate((AFFORDED / screen.shots.len().max(1)).max(LEAST_POINTS));
+    let gains = parallel(&open, |(_, prospect)| {
+        prospect.gain(session, &screen, rivals)
     })?;
-    let best = points
+    let best = open
         .iter()
-        .zip(promises)
-        .filter_map(|(point, promise)| Some((point, promise?)))
-        .filter(|(_, promise)| promise.gain >= SURE)
-        .max_by(|a, b| a.1.gain.total_cmp(&b.1.gain));
+        .zip(gains)
+        .filter(|(_, gain)| *gain >= SURE)
+        .max_by(|a, b| a.1.total_cmp(&b.1));
     let mut separates: Vec<String> = rivals.iter().map(|r| name(session, &r.choices)).collect();
     separates.dedup();
     Ok(best.map(
-        |(&(velocity, force), Promise { separation, gain })| NextMeasurement {
+        |(&((velocity, force), ref prospect), gain)| NextMeasurement {
             belt_velocity_m_per_s: velocity,
             normal_force_n: force,
             separates,
-            separation,
+            separation: prospect.separation,
             expected_gain: gain,
         },
     ))
