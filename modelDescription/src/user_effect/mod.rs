@@ -147,8 +147,23 @@ impl UserCard {
         on.then(|| self.with_values(values))
     }
 
-    /// The physics' effect with these parameter values, on or off.
-    pub fn with_values(&self, values: &[f64]) -> UserEffect {
+    /// The physics' effect with its parameters' start values.
+    pub fn at_start(&self) -> UserEffect {
+        let starts: Vec<f64> = self
+            .parameters
+            .iter()
+            .map(UserEffectParameter::start)
+            .collect();
+        self.with_values(&starts)
+    }
+
+    /// For each parameter, whether it is a strength: the effect is off where all of these are 0.
+    pub fn strengths(&self) -> Vec<bool> {
+        let is_strength = |p: &UserEffectParameter| p.role == Role::Amplitude;
+        self.parameters.iter().map(is_strength).collect()
+    }
+
+    fn with_values(&self, values: &[f64]) -> UserEffect {
         let parameter = |(p, value): (&UserEffectParameter, &f64)| UserParameter {
             name: p.name.clone(),
             unit: p.unit.clone(),

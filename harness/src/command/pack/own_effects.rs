@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard, UserEffectError};
-use beam_physics::effects::Role;
-use beam_physics::sweep::Values;
 
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -30,27 +28,24 @@ pub fn layout(paths: &[PathBuf]) -> Result<&'static Layout, Error> {
     Ok(layout)
 }
 
-/// Adds the users' effects in an FMU of this project to the values of a parameter study.
+/// The users' effects in an FMU of this project.
 ///
 /// # Errors
 /// An archive that can't be read, or an effect in it that can't be used.
-pub fn offer(fmu: &Fmu, values: &mut Values) -> Result<(), Error> {
+pub fn of_fmu(fmu: &Fmu) -> Result<Vec<UserCard>, Error> {
     let folder = format!("resources/{EFFECTS_FOLDER}/");
     let files = fmu.files()?;
     let effects = files
         .iter()
         .filter(|(name, _)| name.starts_with(&folder) && name.ends_with(".toml"));
-    for (name, content) in effects {
+    let read = |(name, content): &(String, Vec<u8>)| {
         let refused = |line: Option<usize>, problem: String| Error::EffectFile {
             path: fmu.path().join(name),
             line,
             problem,
         };
         let text = std::str::from_utf8(content).map_err(|e| refused(None, e.to_string()))?;
-        let card = UserCard::parse(text).map_err(|e| refused(e.line(), e.to_string()))?;
-        let starts: Vec<f64> = card.parameters.iter().map(|p| p.start()).collect();
-        let is_strength = card.parameters.iter().map(|p| p.role == Role::Amplitude);
-        values.offer(card.with_values(&starts), is_strength.collect());
-    }
-    Ok(())
+        UserCard::parse(text).map_err(|e| refused(e.line(), e.to_string()))
+    };
+    effects.map(read).collect()
 }

@@ -231,7 +231,9 @@ impl Plan {
 /// The start values of all settable variables of the FMU.
 pub fn base(fmu: &Fmu) -> Result<Values, Error> {
     let mut values = Values::default();
-    own_effects::offer(fmu, &mut values)?;
+    for card in own_effects::of_fmu(fmu)? {
+        values.offer(card.at_start(), card.strengths());
+    }
     for v in &fmu.description().variables {
         if !v.is_settable() || v.kind == Kind::String {
             continue;
