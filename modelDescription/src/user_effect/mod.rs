@@ -102,12 +102,7 @@ impl UserCard {
         if !self.parameters.iter().any(|p| p.role == Role::Amplitude) {
             return Err(UserEffectError::NoAmplitude { line });
         }
-        let off: Vec<f64> = self
-            .parameters
-            .iter()
-            .map(UserEffectParameter::start)
-            .collect();
-        let off = self.with_values(&off).compile().map_err(wrong)?;
+        let off = self.at_start().compile().map_err(wrong)?;
         let (neutral, example) = match self.target {
             Target::FrictionFactor | Target::NormalForceFactor => (1.0, "1 + a*w"),
             Target::TipForce => (0.0, "a*w"),

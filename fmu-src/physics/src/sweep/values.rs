@@ -59,10 +59,8 @@ struct OwnEffect {
 
 impl OwnEffect {
     fn is_on(&self) -> bool {
-        let parameters = self.effect.parameters.iter().zip(&self.is_strength);
-        parameters
-            .into_iter()
-            .any(|(p, strength)| *strength && p.value != 0.0)
+        let mut parameters = self.effect.parameters.iter().zip(&self.is_strength);
+        parameters.any(|(p, strength)| *strength && p.value != 0.0)
     }
 
     fn place(&mut self, name: &str) -> Option<&mut f64> {
