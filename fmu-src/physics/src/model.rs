@@ -43,9 +43,15 @@ pub struct Model {
     gain: [f64; MAX_MODES],
     mode_count: usize,
     mobility: f64,
+    /// States that add to the belt's motion, and what each adds per unit.
+    give_rows: Arc<[(usize, BeltGive)]>,
+    /// Mobility of the belt in 1/kg.
+    give_mobility: f64,
     friction: FrictionLaw,
     /// The law again, where slip can be expanded in power series.
     exponential_sum: Option<ExponentialSum>,
+    /// Which effects take part in the series, and where.
+    users: series::Users,
     /// No effect takes part in slip, other than by a mode that it adds.
     plain_slip: bool,
     /// Unit in s of the normalised time of power series.
@@ -71,6 +77,29 @@ pub struct Model {
 /// Zero for negative values; what is not a number stays so, to be noticed.
 fn not_negative(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
+}
+
+/// What each state adds to the belt's motion per unit, for those that add something, and the belt's mobility in 1/kg.
+fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, f64) {
+    let (mut rows, mut mobility) = (Vec::new(), 0.0);
+    for e in effects.iter() {
+        let mut x = [0.0; MAX_STATES];
+        let x = &mut x[..e.states.len()];
+        let rest = e.effect.belt_give(x);
+        mobility += rest.mobility;
+        for i in 0..x.len() {
+            x[i] = 1.0;
+            let row = BeltGive {
+                mobility: 0.0,
+                ..e.effect.belt_give(x)
+            };
+            x[i] = 0.0;
+            if row != BeltGive::default() {
+                rows.push((e.first_state + i, row));
+            }
+        }
+    }
+    (rows, mobility)
 }
 
 /// Kinematics shared by all evaluations at one instant.
@@ -162,6 +191,9 @@ impl Model {
                 });
             }
         }
+        let (give_rows, give_mobility) = belt_gives(&effects);
+        let (exponential_sum, users) =
+            series::exponential_sum(&parameters.friction, &mut effects).unzip();
         let mut model = Self {
             beam,
             stiffness: [0.0; MAX_MODES],
@@ -170,8 +202,11 @@ impl Model {
             gain: [0.0; MAX_MODES],
             mode_count: beam.modes().len(),
             mobility: beam.tip_mobility(),
+            give_rows: give_rows.into(),
+            give_mobility,
             friction: parameters.friction,
-            exponential_sum: series::exponential_sum(&parameters.friction, &mut effects),
+            exponential_sum,
+            users: users.unwrap_or_default(),
             plain_slip: effects
                 .iter()
                 .all(|e| e.effect.series().is_some_and(|s| !s.acts_in_slip())),
@@ -256,10 +291,15 @@ impl Model {
         &x[enabled.first_state..enabled.first_state + enabled.states.len()]
     }
 
+    /// What drives that give way add to the belt's motion; linear in their states.
+    #[inline]
     fn belt_give(&self, x: &State) -> BeltGive {
-        let mut give = BeltGive::default();
-        for e in self.effects.iter().filter(|e| !e.states.is_empty()) {
-            give.add(e.effect.belt_give(self.states(e, x)));
+        let mut give = BeltGive {
+            mobility: self.give_mobility,
+            ..BeltGive::default()
+        };
+        for &(state, row) in self.give_rows.iter() {
+            give.add(row.times(x[state]));
         }
         give
     }
@@ -603,11 +643,7 @@ impl Model {
     #[inline]
     pub fn relative_velocity(&self, t: f64, x: &State) -> f64 {
         let (_, velocity) = self.tip(x);
-        let give = if self.effects.is_empty() {
-            0.0
-        } else {
-            self.belt_give(x).velocity
-        };
+        let give = self.belt_give(x).velocity;
         velocity - self.inputs.belt_velocity_at(t) - self.belt_ripple(t) - give
     }
 

@@ -6,6 +6,7 @@ use crate::effects::CATALOGUE;
 use crate::friction::FrictionLaw;
 use crate::integrate::{MAX_STATES, Segment, State};
 use crate::model::Model;
+use crate::model::series::Workspace;
 use crate::parameters::ModelParameters;
 use crate::simulate::{Simulation, Start, StartContact};
 
@@ -104,7 +105,13 @@ fn val_slip_series_solve_the_equations() {
         for (mode, velocity) in [(ContactMode::Backward, -0.05), (ContactMode::Forward, 0.16)] {
             let mut segment = begin(&model, velocity);
             let slip = model
-                .expand_slip(mode, 1e-13, &model.state_scales(), &mut segment)
+                .expand_slip(
+                    mode,
+                    1e-13,
+                    &model.state_scales(),
+                    &mut segment,
+                    &mut Workspace::default(),
+                )
                 .unwrap_or_else(|| panic!("{name} has no series for {mode:?}"));
             let residual = residual(&model, mode, &segment, slip.reach);
             assert!(residual < 1e-9, "{name}, {mode:?}: {residual:e}");
@@ -131,7 +138,12 @@ fn val_stick_series_solve_the_equations() {
         }
         let mut segment = begin(&model, 0.06);
         let stick = model
-            .expand_stick(1e-13, &model.state_scales(), &mut segment)
+            .expand_stick(
+                1e-13,
+                &model.state_scales(),
+                &mut segment,
+                &mut Workspace::default(),
+            )
             .unwrap_or_else(|| panic!("{name} has no series"));
         let residual = residual(&model, ContactMode::Stuck, &segment, stick.reach);
         assert!(residual < 1e-9, "{name}: {residual:e}");

@@ -14,6 +14,7 @@ use crate::integrate::dop853::Dop853;
 use crate::integrate::roots::first_below_zero;
 use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
 use crate::model::Model;
+use crate::model::series::Workspace;
 use crate::parameters::ModelParameters;
 use std::sync::Arc;
 pub(crate) use stick::DEPARTURE_VELOCITY;
@@ -162,6 +163,7 @@ pub struct Simulation {
     front_state: State,
     front_mode: ContactMode,
     segment: Segment,
+    room: Workspace,
     segment_mode: ContactMode,
     /// The polynomials of a segment are worked out only once somebody looks at them.
     segment_is_ready: bool,
@@ -212,6 +214,7 @@ impl Simulation {
             front_state: start.state,
             front_mode: ContactMode::Stuck,
             segment: Segment::point(start.time, &start.state, model.dimension()),
+            room: Workspace::default(),
             segment_mode: ContactMode::Stuck,
             segment_is_ready: true,
             end: End::Smooth,

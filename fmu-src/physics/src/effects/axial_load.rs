@@ -96,8 +96,9 @@ impl EffectSeries for AxialLoad {
         acceleration: &mut [f64],
     ) {
         // The force given is linear in time: two terms of the product are different from zero.
+        let modes = acceleration.len();
         for (row, sum) in self.coupling.iter().zip(acceleration) {
-            for (j, c) in row.iter().enumerate() {
+            for (j, c) in row[..modes].iter().enumerate() {
                 *sum += c * m.normal_force[0] * states[k][2 * j];
                 if k > 0 {
                     *sum += c * m.normal_force[1] * states[k - 1][2 * j];

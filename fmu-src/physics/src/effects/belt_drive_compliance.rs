@@ -68,8 +68,11 @@ pub static CARD: Card = Card {
 };
 
 struct Drive {
-    mass: f64,
+    /// 1/mass in 1/kg.
+    mobility: f64,
+    /// Over the mass, in 1/s^2.
     stiffness: f64,
+    /// Over the mass, in 1/s.
     damping: f64,
 }
 
@@ -84,9 +87,9 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     context.require(1, stiffness >= 0.0, "zero or positive")?;
     context.require(2, damping >= 0.0, "zero or positive")?;
     Ok(Some(Box::new(Drive {
-        mass,
-        stiffness,
-        damping,
+        mobility: 1.0 / mass,
+        stiffness: stiffness / mass,
+        damping: damping / mass,
     })))
 }
 
@@ -95,20 +98,20 @@ impl Effect for Drive {
         BeltGive {
             displacement: x[0],
             velocity: x[1],
-            free_acceleration: -(self.damping * x[1] + self.stiffness * x[0]) / self.mass,
-            mobility: 1.0 / self.mass,
+            free_acceleration: -(self.damping * x[1] + self.stiffness * x[0]),
+            mobility: self.mobility,
         }
     }
     fn add_rates(&self, _m: &Motion, contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
         rates[0] += x[1];
-        rates[1] -= (contact.force + self.damping * x[1] + self.stiffness * x[0]) / self.mass;
+        rates[1] -= self.mobility * contact.force + self.damping * x[1] + self.stiffness * x[0];
     }
     fn fastest_rate(&self) -> f64 {
-        (self.stiffness / self.mass).sqrt() + self.damping / self.mass
+        self.stiffness.sqrt() + self.damping
     }
     fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
         if self.stiffness > 0.0 {
-            x[0] -= contact.force / self.stiffness;
+            x[0] -= self.mobility * contact.force / self.stiffness;
         }
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
@@ -120,7 +123,6 @@ impl EffectSeries for Drive {
     fn hooks(&self) -> Hooks {
         Hooks {
             rates: true,
-            belt_give: true,
             ..Hooks::default()
         }
     }

@@ -165,7 +165,7 @@ pub struct ContactForce {
 }
 
 /// The contribution of a drive that gives way to the belt's motion.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BeltGive {
     /// Displacement x in m added to the belt.
     pub displacement: f64,
@@ -178,6 +178,16 @@ pub struct BeltGive {
 }
 
 impl BeltGive {
+    /// What `x` times as much of a state gives.
+    #[inline]
+    pub fn times(self, x: f64) -> Self {
+        Self {
+            displacement: self.displacement * x,
+            velocity: self.velocity * x,
+            free_acceleration: self.free_acceleration * x,
+            mobility: self.mobility * x,
+        }
+    }
     /// Adds what another part gives.
     #[inline]
     pub fn add(&mut self, part: Self) {
@@ -243,7 +253,7 @@ pub trait Effect: Send + Sync {
     fn has_belt_ripple(&self) -> bool {
         false
     }
-    /// Motion added to the belt, linear in the states.
+    /// Motion added to the belt, linear in the states; asked for once.
     fn belt_give(&self, _x: &[f64]) -> BeltGive {
         BeltGive::default()
     }

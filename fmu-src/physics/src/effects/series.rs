@@ -41,6 +41,7 @@ pub fn cosine(k: usize, angle: f64, registers: &mut [Series]) -> f64 {
 
 /// The motion as power series in `theta = (t - start.time) / unit`, known up to the power that is
 /// being worked out. See [`Motion`] for the quantities.
+#[derive(Clone)]
 pub struct MotionSeries {
     /// Unit of the normalised time in s.
     pub unit: f64,
@@ -84,8 +85,8 @@ pub struct Hooks {
     pub modal_acceleration: bool,
     /// [`EffectSeries::tip_force`].
     pub tip_force: bool,
-    /// [`EffectSeries::friction_term`].
-    pub friction_term: bool,
+    /// [`EffectSeries::friction_slope`].
+    pub friction_slope: bool,
     /// [`EffectSeries::factor`].
     pub factor: bool,
     /// [`EffectSeries::static_factor`].
@@ -96,8 +97,6 @@ pub struct Hooks {
     pub rates: bool,
     /// [`super::Effect::lagged_speed`].
     pub lagged_speed: bool,
-    /// [`super::Effect::belt_give`].
-    pub belt_give: bool,
 }
 
 /// The hooks of an effect on power series. Every default adds nothing.
@@ -117,7 +116,7 @@ pub trait EffectSeries {
     fn register_count(&self) -> usize {
         0
     }
-    /// Adds to the modal accelerations in m/s^2; `states` are the coefficients of all states.
+    /// Adds to the modal accelerations in m/s^2, one for each mode; `states` are the coefficients of all states.
     fn add_modal_acceleration(
         &self,
         _k: usize,
@@ -131,8 +130,8 @@ pub trait EffectSeries {
     fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
         0.0
     }
-    /// Term added to the kinetic coefficient of friction, linear in the speed in m/s.
-    fn friction_term(&self, _speed: f64) -> f64 {
+    /// Slope in s/m of the term added to the kinetic coefficient of friction, where it is linear in the speed.
+    fn friction_slope(&self) -> f64 {
         0.0
     }
     /// Factor on the coefficient of friction or on the normal force.

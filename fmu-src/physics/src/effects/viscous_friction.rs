@@ -55,12 +55,12 @@ impl Effect for Viscous {
 impl EffectSeries for Viscous {
     fn hooks(&self) -> Hooks {
         Hooks {
-            friction_term: true,
+            friction_slope: true,
             ..Hooks::default()
         }
     }
 
-    fn friction_term(&self, speed: f64) -> f64 {
-        self.0 * speed
+    fn friction_slope(&self) -> f64 {
+        self.0
     }
 }

@@ -67,28 +67,44 @@ impl FrictionLaw {
     }
 }
 
-/// The coefficient of friction along a motion as a power series, from the series of the speed.
-pub struct CoefficientSeries<'a> {
-    law: &'a ExponentialSum,
+/// Series that belong to a [`CoefficientSeries`]; those of the powers worked out so far are valid.
+#[derive(Clone)]
+pub struct CoefficientRoom {
     speed: Series,
     /// `k a_k` of the exponent's variable a.
     slope: Series,
     /// The weighted exponentials, power by power.
     terms: [[f64; LANES]; MAX_DEGREE + 1],
-    /// Their derivatives by a at the start.
+}
+
+impl Default for CoefficientRoom {
+    fn default() -> Self {
+        Self {
+            speed: [0.0; MAX_DEGREE + 1],
+            slope: [0.0; MAX_DEGREE + 1],
+            terms: [[0.0; LANES]; MAX_DEGREE + 1],
+        }
+    }
+}
+
+/// The coefficient of friction along a motion as a power series, from the series of the speed.
+pub struct CoefficientSeries<'a> {
+    law: &'a ExponentialSum,
+    /// Coefficient of the speed in s/m, of the law and of what is added to it.
+    linear: f64,
+    /// Derivatives of the weighted exponentials by a at the start.
     direct: [f64; LANES],
     /// The sum of these.
     stiffness: f64,
 }
 
 impl<'a> CoefficientSeries<'a> {
-    /// A series without coefficients yet.
-    pub fn new(law: &'a ExponentialSum) -> Self {
+    /// A series without coefficients yet, with `added` times the speed (s/m) besides the law.
+    #[inline]
+    pub fn new(law: &'a ExponentialSum, added: f64) -> Self {
         Self {
             law,
-            speed: [0.0; MAX_DEGREE + 1],
-            slope: [0.0; MAX_DEGREE + 1],
-            terms: [[0.0; LANES]; MAX_DEGREE + 1],
+            linear: law.linear + added,
             direct: [0.0; LANES],
             stiffness: 0.0,
         }
@@ -96,22 +112,23 @@ impl<'a> CoefficientSeries<'a> {
 
     /// Coefficient `k` of mu from coefficient `k` of the speed in m/s; to be asked for from 0 upwards.
     #[inline]
-    pub fn next(&mut self, k: usize, speed: f64) -> f64 {
+    pub fn next(&mut self, k: usize, speed: f64, room: &mut CoefficientRoom) -> f64 {
         let law = self.law;
         if law.count == 0 {
-            return law.linear * speed + if k == 0 { law.constant } else { 0.0 };
+            return self.linear * speed + if k == 0 { law.constant } else { 0.0 };
         }
         let argument = if law.squared {
-            self.speed[k] = speed;
-            product(&self.speed, &self.speed, k)
+            room.speed[k] = speed;
+            product(&room.speed, &room.speed, k)
         } else {
             speed
         };
         if k == 0 {
-            let mut mu = law.constant + law.linear * speed;
+            let mut mu = law.constant + self.linear * speed;
+            room.terms[0] = [0.0; LANES];
             for i in 0..law.count {
                 let term = law.weight[i] * (-law.rate[i] * argument).exp();
-                self.terms[0][i] = term;
+                room.terms[0][i] = term;
                 self.direct[i] = -law.rate[i] * term;
                 self.stiffness += self.direct[i];
                 mu += term;
@@ -119,12 +136,12 @@ impl<'a> CoefficientSeries<'a> {
             return mu;
         }
         // e' = -rate a' e: what a_k itself brings apart, as the one part that has to wait for it.
-        let known = self.known(k);
-        self.slope[k] = k as f64 * argument;
+        let known = self.known(k, room);
+        room.slope[k] = k as f64 * argument;
         for lane in 0..LANES {
-            self.terms[k][lane] = self.direct[lane] * argument + known[lane];
+            room.terms[k][lane] = self.direct[lane] * argument + known[lane];
         }
-        let sum = (known[0] + known[1]) + (known[2] + known[3]) + law.linear * speed;
+        let sum = (known[0] + known[1]) + (known[2] + known[3]) + self.linear * speed;
         self.stiffness * argument + sum
     }
 
@@ -133,17 +150,17 @@ impl<'a> CoefficientSeries<'a> {
     ///
     /// The sum runs from its middle outwards, so that what was found last is needed last.
     #[inline]
-    fn known(&self, k: usize) -> [f64; LANES] {
+    fn known(&self, k: usize, room: &CoefficientRoom) -> [f64; LANES] {
         let middle = k / 2;
         let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-        let inner = self.slope[1..=middle].iter().rev();
-        for (slope, e) in inner.zip(&self.terms[k - middle..k]) {
+        let inner = room.slope[1..=middle].iter().rev();
+        for (slope, e) in inner.zip(&room.terms[k - middle..k]) {
             for lane in 0..LANES {
                 low[lane] += slope * e[lane];
             }
         }
-        let outer = self.slope[middle + 1..].iter();
-        for (slope, e) in outer.zip(self.terms[1..k - middle].iter().rev()) {
+        let outer = room.slope[middle + 1..k].iter();
+        for (slope, e) in outer.zip(room.terms[1..k - middle].iter().rev()) {
             for lane in 0..LANES {
                 high[lane] += slope * e[lane];
             }
@@ -184,9 +201,10 @@ mod tests {
         let speed = [0.01, 0.004, -0.001];
         for law in laws() {
             let sum = law.exponential_sum().unwrap();
-            let mut series = CoefficientSeries::new(&sum);
+            let mut series = CoefficientSeries::new(&sum, 0.0);
+            let mut room = CoefficientRoom::default();
             let c: Vec<f64> = (0..=MAX_DEGREE)
-                .map(|k| series.next(k, speed.get(k).copied().unwrap_or(0.0)))
+                .map(|k| series.next(k, speed.get(k).copied().unwrap_or(0.0), &mut room))
                 .collect();
             for theta in [0.0, 0.3, 1.0] {
                 let at = |c: &[f64]| c.iter().rev().fold(0.0, |s, a| s * theta + a);

@@ -23,7 +23,10 @@ pub const RECIPROCAL: Series = {
 /// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
 #[inline]
 pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
-    convolve(&a[..=k], &b[..=k])
+    match k {
+        0 => a[0] * b[0],
+        _ => a[0] * b[k] + a[k] * b[0] + convolve(&a[1..k], &b[1..k]),
+    }
 }
 
 /// Coefficient `k >= 1` of a function `f` of the series `u` with `f' = g u'`, where `g` is known up to
@@ -31,16 +34,28 @@ pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
 /// `g` = cosine. `slope` holds the `i u_i`.
 #[inline]
 pub fn chained(g: &Series, slope: &Series, k: usize) -> f64 {
-    convolve(&slope[1..=k], &g[..k]) * RECIPROCAL[k]
+    crossed(slope, g, k) * RECIPROCAL[k]
 }
 
 /// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
 #[inline]
 pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
-    (a - convolve(&b[1..=k], &quotient[..k])) / b[0]
+    (a - crossed(b, quotient, k)) / b[0]
+}
+
+/// `sum a_i b_(k-i)` over i = 1 .. k.
+#[inline]
+fn crossed(a: &Series, b: &Series, k: usize) -> f64 {
+    match k {
+        0 => 0.0,
+        1 => a[1] * b[0],
+        _ => a[1] * b[k - 1] + a[k] * b[0] + convolve(&a[2..k], &b[1..k - 1]),
+    }
 }
 
 /// `sum a_i b_(n-1-i)` of lists of the same length n.
+///
+/// Callers add the terms that were found last themselves: a sum that begins with one would keep waiting for it.
 #[inline]
 fn convolve(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()

@@ -52,8 +52,10 @@ pub fn reach(segment: &Segment, tolerance: f64, scales: &State) -> f64 {
     let largest = |power: usize| {
         (0..segment.dimension).fold(0.0, |m: f64, i| m.max(c[power][i].abs() * weight[i]))
     };
-    let end = |power: usize| (SAFETY * tolerance / largest(power)).powf(1.0 / power as f64);
+    // The smaller of the roots (SAFETY tolerance / largest)^(1/power), by way of its logarithm.
+    let end = |power: usize| (SAFETY * tolerance / largest(power)).ln() / power as f64;
     end(segment.degree)
         .min(end(segment.degree - 1))
+        .exp()
         .min(MAX_REACH)
 }

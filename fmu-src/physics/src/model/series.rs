@@ -2,6 +2,8 @@
 
 mod base;
 mod full;
+mod users;
+mod workspace;
 
 use super::{Enabled, Model};
 use crate::beam::MAX_MODES;
@@ -13,6 +15,8 @@ use crate::integrate::taylor;
 use crate::integrate::{MAX_DEGREE, Segment, State};
 use base::BaseSeries;
 use full::FullSeries;
+pub(super) use users::Users;
+pub use workspace::Workspace;
 
 /// Most registers that all effects have together.
 const MAX_REGISTERS: usize = 16;
@@ -24,12 +28,12 @@ const MAX_PARTS: usize = 16;
 const ROUNDING: f64 = 1e-13;
 const NONE: Series = [0.0; MAX_DEGREE + 1];
 
-/// The friction law as a sum of exponentials, if all effects have power series too; gives each effect
-/// the place of its registers.
+/// The friction law as a sum of exponentials, if all effects have power series too, and which of them use
+/// which hook; gives each effect the place of its registers.
 pub(super) fn exponential_sum(
     law: &FrictionLaw,
     effects: &mut [Enabled],
-) -> Option<ExponentialSum> {
+) -> Option<(ExponentialSum, Users)> {
     let (mut registers, mut factors) = (0, 0);
     for e in effects.iter_mut() {
         let series = e.effect.series()?;
@@ -40,10 +44,11 @@ pub(super) fn exponential_sum(
         factors += usize::from(hooks.factor);
     }
     let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
-    law.exponential_sum().filter(|_| fits)
+    let law = law.exponential_sum().filter(|_| fits)?;
+    Some((law, Users::of(effects)))
 }
 
-/// A stretch of slip as polynomials in theta.
+/// A stretch of slip as polynomials in theta, valid up to the degree of the segment.
 pub struct Slip {
     /// Normalised time up to which they are good to the tolerance.
     pub reach: f64,
@@ -51,7 +56,8 @@ pub struct Slip {
     pub gap: Series,
 }
 
-/// What decides on break-away during a stretch of stick, as polynomials in theta.
+/// What decides on break-away during a stretch of stick, as polynomials in theta, valid up to the degree of the
+/// segment.
 pub struct Stick {
     /// Normalised time up to which they are good to the tolerance.
     pub reach: f64,
@@ -75,12 +81,13 @@ impl Model {
         tolerance: f64,
         scales: &State,
         segment: &mut Segment,
+        room: &mut Workspace,
     ) -> Option<Slip> {
         let law = self.exponential_sum.as_ref()?;
         segment.length = self.series_unit;
         let degree = taylor::degree(tolerance);
         if self.plain_slip {
-            let mut system = BaseSeries::new(self, law, mode, segment.start);
+            let mut system = BaseSeries::new(self, law, mode, segment.start, &mut room.friction);
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
@@ -89,13 +96,13 @@ impl Model {
                 gap: system.speed,
             })
         } else {
-            let mut system = FullSeries::new(self, law, mode, segment);
+            let mut system = FullSeries::new(self, law, mode, segment, room);
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
             system.holds(degree - 1, reach).then_some(Slip {
                 reach,
-                gap: system.motion.speed,
+                gap: system.room.motion.speed,
             })
         }
     }
@@ -106,11 +113,12 @@ impl Model {
         tolerance: f64,
         scales: &State,
         segment: &mut Segment,
+        room: &mut Workspace,
     ) -> Option<Stick> {
         let law = self.exponential_sum.as_ref()?;
         segment.length = self.series_unit;
         let degree = taylor::degree(tolerance);
-        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
+        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment, room);
         taylor::expand(&mut system, degree, segment);
         let reach = taylor::reach(segment, tolerance, scales);
         system.advance(degree, &segment.coefficients, &mut [0.0; MAX_MODES]);
@@ -118,9 +126,9 @@ impl Model {
     }
 
     /// The same along a stretch of stick that `segment` already gives as polynomials on [0, 1].
-    pub fn follow_stick(&self, segment: &Segment) -> Option<Stick> {
+    pub fn follow_stick(&self, segment: &Segment, room: &mut Workspace) -> Option<Stick> {
         let law = self.exponential_sum.as_ref()?;
-        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment);
+        let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment, room);
         for k in 0..=segment.degree {
             system.advance(k, &segment.coefficients, &mut [0.0; MAX_MODES]);
         }
@@ -141,7 +149,7 @@ impl Model {
         let good = left_out <= tolerance * limit[0].abs() && system.holds(degree, reach);
         good.then_some(Stick {
             reach,
-            force: system.force,
+            force: system.room.force,
             limit,
         })
     }

@@ -20,6 +20,7 @@ impl Simulation {
             self.tolerance,
             &self.scales,
             &mut self.segment,
+            &mut self.room,
         );
         let Some(slip) = slip.filter(|slip| self.is_far_enough(slip.reach)) else {
             // A change of regime within the step: for the integrator that controls its error.

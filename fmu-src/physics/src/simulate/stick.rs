@@ -123,8 +123,9 @@ impl Simulation {
             earliest(&system.force.polynomial(&x), &[limit], 1.0)
         } else {
             self.ready_segment();
-            match self.model.follow_stick(&self.segment) {
-                Some(stick) => earliest(&stick.force, &stick.limit, 1.0),
+            let degree = self.segment.degree;
+            match self.model.follow_stick(&self.segment, &mut self.room) {
+                Some(stick) => earliest(&stick.force[..=degree], &stick.limit[..=degree], 1.0),
                 None => self.break_away_of_samples(),
             }
         };
@@ -141,9 +142,12 @@ impl Simulation {
     fn expanded_stick(&mut self) -> bool {
         self.segment.start = self.front;
         self.segment.coefficients[0] = self.front_state;
-        let stick = self
-            .model
-            .expand_stick(self.tolerance, &self.scales, &mut self.segment);
+        let stick = self.model.expand_stick(
+            self.tolerance,
+            &self.scales,
+            &mut self.segment,
+            &mut self.room,
+        );
         let Some(stick) = stick.filter(|stick| self.is_far_enough(stick.reach)) else {
             return false;
         };

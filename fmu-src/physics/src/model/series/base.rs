@@ -3,7 +3,7 @@
 use super::NONE;
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
-use crate::friction::series::{CoefficientSeries, ExponentialSum};
+use crate::friction::series::{CoefficientRoom, CoefficientSeries, ExponentialSum};
 use crate::integrate::series::{RECIPROCAL, Series};
 use crate::integrate::taylor::SeriesSystem;
 use crate::integrate::{MAX_DEGREE, State};
@@ -21,6 +21,7 @@ pub(super) struct BaseSeries<'a> {
     drive: [f64; MAX_MODES],
     pub(super) speed: Series,
     friction: CoefficientSeries<'a>,
+    room: &'a mut CoefficientRoom,
     /// Coefficient of friction of the power before.
     mu_before: f64,
 }
@@ -32,6 +33,7 @@ impl<'a> BaseSeries<'a> {
         law: &'a ExponentialSum,
         mode: ContactMode,
         t: f64,
+        room: &'a mut CoefficientRoom,
     ) -> Self {
         let [mut belt_velocity, normal_force] = model.given(t, model.series_unit);
         let sign = mode.sign();
@@ -44,7 +46,8 @@ impl<'a> BaseSeries<'a> {
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| gain * scale),
             speed: NONE,
-            friction: CoefficientSeries::new(law),
+            friction: CoefficientSeries::new(law, 0.0),
+            room,
             mu_before: 0.0,
         }
     }
@@ -82,7 +85,7 @@ impl SeriesSystem for BaseSeries<'_> {
         let (known, next) = coefficients.split_at_mut(k + 1);
         let (x, next) = (&known[k], &mut next[0]);
         self.observe(k, x);
-        let mu = self.friction.next(k, self.speed[k]);
+        let mu = self.friction.next(k, self.speed[k], self.room);
         let [force, rate] = self.normal_force;
         let ramp = rate * self.mu_before;
         self.mu_before = mu;

@@ -1,9 +1,10 @@
 //! The model with effects, in slip and in stick.
 
-use super::{MAX_FACTORS, MAX_PARTS, MAX_REGISTERS, NONE};
+use super::MAX_PARTS;
+use super::workspace::Workspace;
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
-use crate::effects::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
+use crate::effects::series::{EffectSeries, Series, keeps_sign, product};
 use crate::effects::{BeltGive, ContactForce, Motion};
 use crate::friction::series::{CoefficientSeries, ExponentialSum};
 use crate::integrate::series::RECIPROCAL;
@@ -16,166 +17,166 @@ pub(super) struct FullSeries<'a> {
     model: &'a Model,
     mode: ContactMode,
     sign: f64,
-    pub(super) motion: MotionSeries,
+    /// Sliding speed per modal velocity.
+    row: [f64; MAX_MODES],
+    /// Modal acceleration in m/(s^2 N) per friction force, or per capacity where that gives the force.
+    drive: [f64; MAX_MODES],
+    pub(super) room: &'a mut Workspace,
     /// Given distance of the belt, powers 0 to 2.
     distance: [f64; 3],
+    /// Given belt velocity as it enters the sliding speed.
     belt_velocity: [f64; 2],
+    normal_force: [f64; 2],
     friction: CoefficientSeries<'a>,
     /// Speed at which the friction law is evaluated at the start, in m/s.
     first_argument: f64,
-    /// Coefficient of friction; in stick the static one.
-    mu: Series,
-    /// Friction force on the tip in N.
-    pub(super) force: Series,
-    factors: [Series; MAX_FACTORS],
-    /// Capacity in N without factors, with the first, with the first two, ...
-    partial: [Series; MAX_FACTORS + 1],
     factor_count: usize,
-    registers: [Series; MAX_REGISTERS],
-    /// Effects with their series, as many as there are.
-    parts: [Option<Part<'a>>; MAX_PARTS],
-    part_count: usize,
-}
-
-/// An effect with its series, looked up once for all powers.
-#[derive(Clone, Copy)]
-struct Part<'a> {
-    enabled: &'a Enabled,
-    series: &'a dyn EffectSeries,
+    /// Series of the effects, as many as there are, looked up once for all powers.
+    series: [Option<&'a dyn EffectSeries>; MAX_PARTS],
 }
 
 impl<'a> FullSeries<'a> {
     /// The expansion from the time and state at which `segment` starts, in units of its length.
+    #[inline]
     pub(super) fn new(
         model: &'a Model,
         law: &'a ExponentialSum,
         mode: ContactMode,
         segment: &Segment,
+        room: &'a mut Workspace,
     ) -> Self {
         let (t, unit) = (segment.start, segment.length);
-        let start = model.motion(t, &segment.coefficients[0], mode);
-        let mut motion = MotionSeries::new(unit, start);
+        room.motion.start = model.motion(t, &segment.coefficients[0], mode);
+        room.motion.unit = unit;
         let [belt_velocity, normal_force] = model.given(t, unit);
-        motion.normal_force[..2].copy_from_slice(&normal_force);
-        let mut parts = [None; MAX_PARTS];
-        for (part, enabled) in parts.iter_mut().zip(model.effects.iter()) {
-            let series = enabled.effect.series();
-            *part = series.map(|series| Part { enabled, series });
+        let mut series = [None; MAX_PARTS];
+        for (series, enabled) in series.iter_mut().zip(model.effects.iter()) {
+            *series = enabled.effect.series();
         }
+        let added = |i: usize| series[i].map_or(0.0, |s| s.friction_slope());
+        let added = model.users.friction_slope.iter().map(added).sum();
+        let sign = mode.sign();
+        let by_capacity = mode != ContactMode::Stuck && !model.has_memory;
+        let scale = if by_capacity { -sign } else { 1.0 };
         Self {
             model,
             mode,
-            sign: mode.sign(),
-            motion,
+            sign,
+            row: model.tip_value.map(|phi| sign * phi),
+            drive: model.gain.map(|gain| scale * gain),
+            room,
             distance: [
                 model.travel_offset + model.inputs.belt_distance_at(t),
                 belt_velocity[0] * unit,
                 0.5 * belt_velocity[1] * unit,
             ],
-            belt_velocity,
-            friction: CoefficientSeries::new(law),
+            belt_velocity: belt_velocity.map(|v| sign * v),
+            normal_force,
+            friction: CoefficientSeries::new(law, added),
             first_argument: 0.0,
-            mu: NONE,
-            force: NONE,
-            factors: [NONE; MAX_FACTORS],
-            partial: [NONE; MAX_FACTORS + 1],
             factor_count: 0,
-            registers: [NONE; MAX_REGISTERS],
-            parts,
-            part_count: model.effects.len(),
+            series,
         }
     }
 
-    /// Effect `i` if it uses a hook.
+    /// Effect `i`, which has a series, as all have in a model that has one.
     #[inline]
-    fn part(&self, i: usize, uses: impl Fn(&Hooks) -> bool) -> Option<Part<'a>> {
-        self.parts[i].filter(|part| uses(&part.enabled.hooks))
+    fn part(&self, i: usize) -> (&'a Enabled, &'a dyn EffectSeries) {
+        (&self.model.effects[i], self.series[i].expect("looked up"))
     }
 
     /// Friction capacity in N, in stick the static limit.
     pub(super) fn capacity(&self) -> &Series {
-        &self.partial[self.factor_count]
+        &self.room.partial[self.factor_count]
     }
 
     /// Works out the kinematics; the belt's give is linear in the states.
+    ///
+    /// The sliding speed is what the next power waits for, hence a sum of its own.
+    #[inline]
     pub(super) fn observe(&mut self, k: usize, x: &State) -> BeltGive {
-        let (displacement, velocity) = self.model.tip(x);
-        let mut give = BeltGive::default();
-        for i in 0..self.part_count {
-            if let Some(Part { enabled: e, .. }) = self.part(i, |h| h.belt_give) {
-                give.add(e.effect.belt_give(self.model.states(e, x)));
-            }
+        let model = self.model;
+        let mut speed = 0.0;
+        for j in 0..model.mode_count {
+            speed += self.row[j] * x[2 * j + 1];
         }
-        let m = &mut self.motion;
-        let belt = self.belt_velocity.get(k).unwrap_or(&0.0) + give.velocity;
+        if k < 2 {
+            speed -= self.belt_velocity[k];
+        }
+        let give = model.belt_give(x);
+        speed -= self.sign * give.velocity;
+        let (displacement, velocity) = model.tip(x);
+        let m = &mut self.room.motion;
         let distance = self.distance.get(k).unwrap_or(&0.0);
         m.displacement[k] = displacement;
         m.velocity[k] = velocity;
-        if self.mode != ContactMode::Stuck {
-            m.relative_velocity[k] = velocity - belt;
-            m.speed[k] = self.sign * m.relative_velocity[k];
-        }
+        m.speed[k] = speed;
+        m.relative_velocity[k] = self.sign * speed;
         m.travel[k] = distance + give.displacement - displacement;
+        m.normal_force[k] = *self.normal_force.get(k).unwrap_or(&0.0);
         give
     }
 
-    /// Works out everything of power `k` from the states; adds the modal accelerations in m/s^2.
+    /// Works out everything of power `k` from the states. Returns what drives the modes by [`Self::drive`],
+    /// the friction force or the capacity, in N, and adds the other modal accelerations in m/s^2.
     #[inline]
     pub(super) fn advance(
         &mut self,
         k: usize,
         states: &[State],
         acceleration: &mut [f64; MAX_MODES],
-    ) {
+    ) -> f64 {
         let (model, x) = (self.model, &states[k]);
         let give = self.observe(k, x);
         let mut tip_force = 0.0;
-        for i in 0..self.part_count {
-            let Some(Part { enabled: e, series }) =
-                self.part(i, |h| h.tip_force || h.modal_acceleration)
-            else {
-                continue;
-            };
-            let registers = &mut self.registers[e.first_register..];
-            if e.hooks.tip_force {
-                tip_force += series.tip_force(k, &self.motion, registers);
-            }
-            if e.hooks.modal_acceleration {
-                series.add_modal_acceleration(k, &self.motion, states, registers, acceleration);
-            }
+        for i in model.users.tip_force.iter() {
+            let (e, series) = self.part(i);
+            let registers = &mut self.room.registers[e.first_register..];
+            tip_force += series.tip_force(k, &self.room.motion, registers);
         }
-        let mut free = 0.0;
+        for i in model.users.modal_acceleration.iter() {
+            let (e, series) = self.part(i);
+            let registers = &mut self.room.registers[e.first_register..];
+            let (m, modes) = (&self.room.motion, &mut acceleration[..model.mode_count]);
+            series.add_modal_acceleration(k, m, states, registers, modes);
+        }
         for j in 0..model.mode_count {
             acceleration[j] += model.gain[j] * tip_force
                 - model.damping[j] * x[2 * j + 1]
                 - model.stiffness[j] * x[2 * j];
-            free += model.tip_value[j] * acceleration[j];
         }
         let capacity = self.next_capacity(k, x);
-        self.force[k] = if self.mode == ContactMode::Stuck {
+        let (drive, force) = if self.mode == ContactMode::Stuck {
             let imposed = if k == 0 {
                 model.inputs.belt_acceleration
             } else {
                 0.0
             };
-            (imposed + give.free_acceleration - free) / (model.mobility + give.mobility)
+            let mut free = 0.0;
+            for j in 0..model.mode_count {
+                free += model.tip_value[j] * acceleration[j];
+            }
+            let force =
+                (imposed + give.free_acceleration - free) / (model.mobility + give.mobility);
+            (force, force)
         } else if model.has_memory {
-            self.memory_force(k, x)
+            let force = self.memory_force(k, x);
+            (force, force)
         } else {
-            -self.sign * capacity
+            (capacity, -self.sign * capacity)
         };
-        for j in 0..model.mode_count {
-            acceleration[j] += model.gain[j] * self.force[k];
-        }
+        self.room.force[k] = force;
+        drive
     }
 
     /// Coefficient of friction in slip, from the speed at which the law is evaluated.
+    #[inline]
     fn next_mu(&mut self, k: usize, x: &State) -> f64 {
         let model = self.model;
-        let mut argument = self.motion.speed[k];
-        for i in 0..self.part_count {
-            let lagged = self.part(i, |h| h.lagged_speed).map(|part| part.enabled);
-            if let Some(u) = lagged.and_then(|e| e.effect.lagged_speed(model.states(e, x))) {
+        let mut argument = self.room.motion.speed[k];
+        for i in model.users.lagged_speed.iter() {
+            let e = &model.effects[i];
+            if let Some(u) = e.effect.lagged_speed(model.states(e, x)) {
                 argument = u;
                 break;
             }
@@ -183,66 +184,59 @@ impl<'a> FullSeries<'a> {
         if k == 0 {
             self.first_argument = argument;
         }
-        let mut added = 0.0;
-        for i in 0..self.part_count {
-            if let Some(part) = self.part(i, |h| h.friction_term) {
-                added += part.series.friction_term(argument);
-            }
-        }
-        self.friction.next(k, argument) + added
+        self.friction.next(k, argument, &mut self.room.friction)
     }
 
     /// Coefficient `k` of the capacity in N.
+    #[inline]
     fn next_capacity(&mut self, k: usize, x: &State) -> f64 {
         let model = self.model;
         let stuck = self.mode == ContactMode::Stuck;
-        self.mu[k] = match (stuck, k) {
+        let mu = match (stuck, k) {
             (false, _) => self.next_mu(k, x),
             (true, 0) => model.static_coefficient,
             (true, _) => 0.0,
         };
-        let force = &self.motion.normal_force;
-        let before = if k == 0 { 0.0 } else { self.mu[k - 1] };
-        self.partial[0][k] = model.level * (force[0] * self.mu[k] + force[1] * before);
-        self.factor_count = 0;
-        for i in 0..self.part_count {
-            let Some(Part { enabled: e, series }) = self.part(i, |h| h.factor || h.static_factor)
-            else {
-                continue;
+        self.room.mu[k] = mu;
+        let before = if k == 0 { 0.0 } else { self.room.mu[k - 1] };
+        let [force, rate] = self.normal_force.map(|force| model.level * force);
+        let mut capacity = force * mu + rate * before;
+        self.room.partial[0][k] = capacity;
+        let mut count = 0;
+        let factors = if stuck {
+            &model.users.any_factor
+        } else {
+            &model.users.factor
+        };
+        for i in factors.iter() {
+            let (e, series) = self.part(i);
+            let room = &mut *self.room;
+            let registers = &mut room.registers[e.first_register..];
+            room.factors[count][k] = if e.hooks.factor {
+                series.factor(k, &room.motion, registers)
+            } else {
+                series.static_factor(k, &room.motion, registers)
             };
-            let registers = &mut self.registers[e.first_register..];
-            if e.hooks.factor {
-                let factor = series.factor(k, &self.motion, registers);
-                self.multiply(k, factor);
-            } else if stuck && e.hooks.static_factor {
-                let factor = series.static_factor(k, &self.motion, registers);
-                self.multiply(k, factor);
-            }
+            capacity = product(&room.partial[count], &room.factors[count], k);
+            count += 1;
+            room.partial[count][k] = capacity;
         }
-        self.capacity()[k]
-    }
-
-    /// Multiplies the capacity by a factor of which coefficient `k` is given.
-    fn multiply(&mut self, k: usize, factor: f64) {
-        let i = self.factor_count;
-        self.factors[i][k] = factor;
-        self.partial[i + 1][k] = product(&self.partial[i], &self.factors[i], k);
-        self.factor_count += 1;
+        self.factor_count = count;
+        capacity
     }
 
     fn memory_force(&mut self, k: usize, x: &State) -> f64 {
         let model = self.model;
         let mut force = 0.0;
-        for i in 0..self.part_count {
-            let Some(Part { enabled: e, series }) = self.part(i, |h| h.memory_force) else {
-                continue;
-            };
+        for i in model.users.memory_force.iter() {
+            let (e, series) = self.part(i);
+            let room = &mut *self.room;
             force += series.memory_force(
                 k,
-                &self.motion,
-                &self.partial[self.factor_count],
+                &room.motion,
+                &room.partial[self.factor_count],
                 model.states(e, x),
-                &mut self.registers[e.first_register..],
+                &mut room.registers[e.first_register..],
             );
         }
         force
@@ -252,14 +246,18 @@ impl<'a> FullSeries<'a> {
     /// `degree` tells.
     pub(super) fn holds(&self, degree: usize, theta: f64) -> bool {
         let keeps = |f: &Series| f[0] >= 0.0 && keeps_sign(f, degree, theta);
+        let room = &*self.room;
+        let [force, rate] = self.normal_force;
         // Friction laws are continued by constants below v = 0.
         self.first_argument >= -1e-12
-            && keeps(&self.motion.normal_force)
-            && keeps(&self.mu)
-            && self.factors[..self.factor_count].iter().all(keeps)
-            && self.parts[..self.part_count].iter().flatten().all(|part| {
-                let registers = &self.registers[part.enabled.first_register..];
-                part.series.holds(&self.motion, registers, degree, theta)
+            && force >= 0.0
+            && force + rate * theta >= 0.0
+            && keeps(&room.mu)
+            && room.factors[..self.factor_count].iter().all(keeps)
+            && (0..self.model.effects.len()).all(|i| {
+                let (enabled, series) = self.part(i);
+                let registers = &room.registers[enabled.first_register..];
+                series.holds(&room.motion, registers, degree, theta)
             })
     }
 }
@@ -269,18 +267,28 @@ impl SeriesSystem for FullSeries<'_> {
         self.model.dimension
     }
 
+    #[inline]
     fn extend(&mut self, k: usize, coefficients: &mut [State; MAX_DEGREE + 1]) {
         let model = self.model;
         let (known, next) = coefficients.split_at_mut(k + 1);
-        let (x, next) = (&known[k], &mut next[0]);
         let mut acceleration = [0.0; MAX_MODES];
-        self.advance(k, known, &mut acceleration);
-        let step = self.motion.unit * RECIPROCAL[k + 1];
+        let drive = self.advance(k, known, &mut acceleration);
+        let (x, next) = (&known[k], &mut next[0]);
+        let step = self.room.motion.unit * RECIPROCAL[k + 1];
         for j in 0..model.mode_count {
             next[2 * j] = step * x[2 * j + 1];
-            next[2 * j + 1] = step * acceleration[j];
+            next[2 * j + 1] = step * self.drive[j] * drive + step * acceleration[j];
         }
-        let m = &self.motion;
+        if !model.users.rates.is_empty() {
+            self.add_rates(k, x, next, step);
+        }
+    }
+}
+
+impl FullSeries<'_> {
+    /// Coefficients of power `k + 1` of the effects' states.
+    fn add_rates(&mut self, k: usize, x: &State, next: &mut State, step: f64) {
+        let m = &self.room.motion;
         let motion = Motion {
             displacement: m.displacement[k],
             velocity: m.velocity[k],
@@ -289,16 +297,14 @@ impl SeriesSystem for FullSeries<'_> {
             ..Motion::default()
         };
         let contact = ContactForce {
-            force: self.force[k],
+            force: self.room.force[k],
             capacity: self.capacity()[k],
             stuck: self.mode == ContactMode::Stuck,
         };
-        for i in 0..self.part_count {
-            let Some(Part { enabled: e, series }) = self.part(i, |h| h.rates) else {
-                continue;
-            };
+        for i in self.model.users.rates.iter() {
+            let (e, series) = self.part(i);
             let range = e.first_state..e.first_state + e.states.len();
-            let registers = &mut self.registers[e.first_register..];
+            let registers = &mut self.room.registers[e.first_register..];
             let rates = &mut next[range.clone()];
             rates.fill(0.0);
             series.add_rates(k, &motion, &contact, &x[range], registers, rates);
