@@ -102,23 +102,18 @@ fn val_slip_series_solve_the_equations() {
     for (name, parameters) in all_models() {
         let model = build(&parameters);
         assert!(model.has_series(), "{name}");
+        let mut room = Workspace::default();
         for (mode, velocity) in [(ContactMode::Backward, -0.05), (ContactMode::Forward, 0.16)] {
             let mut segment = begin(&model, velocity);
-            let slip = model
-                .expand_slip(
-                    mode,
-                    1e-13,
-                    &model.state_scales(),
-                    &mut segment,
-                    &mut Workspace::default(),
-                )
+            let reach = model
+                .expand_slip(mode, 1e-13, &model.state_scales(), &mut segment, &mut room)
                 .unwrap_or_else(|| panic!("{name} has no series for {mode:?}"));
-            let residual = residual(&model, mode, &segment, slip.reach);
+            let residual = residual(&model, mode, &segment, reach);
             assert!(residual < 1e-9, "{name}, {mode:?}: {residual:e}");
             let mut x = [0.0; MAX_STATES];
-            let theta = 0.7 * slip.reach;
+            let theta = 0.7 * reach;
             segment.state_at(theta, &mut x);
-            let gap = slip.gap[..=segment.degree]
+            let gap = room.sliding_speed()[..=segment.degree]
                 .iter()
                 .rev()
                 .fold(0.0, |sum, c| sum * theta + c);

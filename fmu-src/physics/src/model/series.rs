@@ -48,14 +48,6 @@ pub(super) fn exponential_sum(
     Some((law, Users::of(effects)))
 }
 
-/// A stretch of slip as polynomials in theta, valid up to the degree of the segment.
-pub struct Slip {
-    /// Normalised time up to which they are good to the tolerance.
-    pub reach: f64,
-    /// The sliding speed sgn(v_r) v_r in m/s.
-    pub gap: Series,
-}
-
 /// What decides on break-away during a stretch of stick, as polynomials in theta, valid up to the degree of the
 /// segment.
 pub struct Stick {
@@ -73,8 +65,9 @@ impl Model {
         self.exponential_sum.is_some()
     }
 
-    /// Expands slip from the time and state at which `segment` starts. `None` where the series does not
-    /// hold up to its reach, because a quantity changes its regime there.
+    /// Expands slip from the time and state at which `segment` starts, and gives the normalised time up to which
+    /// the series is good to the tolerance; [`Workspace::sliding_speed`] is then that of the stretch. `None` where
+    /// the series does not hold so far, because a quantity changes its regime.
     pub fn expand_slip(
         &self,
         mode: ContactMode,
@@ -82,28 +75,22 @@ impl Model {
         scales: &State,
         segment: &mut Segment,
         room: &mut Workspace,
-    ) -> Option<Slip> {
+    ) -> Option<f64> {
         let law = self.exponential_sum.as_ref()?;
         segment.length = self.series_unit;
         let degree = taylor::degree(tolerance);
         if self.plain_slip {
-            let mut system = BaseSeries::new(self, law, mode, segment.start, &mut room.friction);
+            let mut system = BaseSeries::new(self, law, mode, segment.start, room);
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
-            system.holds(reach).then_some(Slip {
-                reach,
-                gap: system.speed,
-            })
+            system.holds(reach).then_some(reach)
         } else {
             let mut system = FullSeries::new(self, law, mode, segment, room);
             taylor::expand(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
-            system.holds(degree - 1, reach).then_some(Slip {
-                reach,
-                gap: system.room.motion.speed,
-            })
+            system.holds(degree - 1, reach).then_some(reach)
         }
     }
 

@@ -15,14 +15,14 @@ impl Simulation {
         let t = self.front;
         self.segment.start = t;
         self.segment.coefficients[0] = self.front_state;
-        let slip = self.model.expand_slip(
+        let reach = self.model.expand_slip(
             self.front_mode,
             self.tolerance,
             &self.scales,
             &mut self.segment,
             &mut self.room,
         );
-        let Some(slip) = slip.filter(|slip| self.is_far_enough(slip.reach)) else {
+        let Some(reach) = reach.filter(|reach| self.is_far_enough(*reach)) else {
             // A change of regime within the step: for the integrator that controls its error.
             self.restart_stepper();
             return self.slip_segment(turned);
@@ -31,14 +31,13 @@ impl Simulation {
         self.stepper.evaluations += degree as u64;
         self.statistics.slip_steps += 1;
         self.segment_is_ready = true;
-        let (mut gap, reach) = (slip.gap, slip.reach);
+        let gap = self.room.sliding_speed();
+        let rises = gap[1];
         let root = if !self.departed {
             // From rest, v_r(0) = 0 is a root of its own that must not be found: divide it out.
-            let rises = gap[1];
-            gap[1] = rises.max(0.0);
-            let root = first_below_zero(&gap[1..=degree], 0.0, reach);
-            gap[1] = rises;
-            root
+            let mut rest = *gap;
+            rest[1] = rises.max(0.0);
+            first_below_zero(&rest[1..=degree], 0.0, reach)
         } else if stays_positive(&gap[..=degree], reach) {
             None
         } else {
@@ -50,7 +49,7 @@ impl Simulation {
         if self.model.has_memory() && !self.departed && !turned {
             // A law with memory has no break-away force that tells the direction of slip from rest.
             let end_gap = sign * self.model.relative_velocity(self.segment.end, &x);
-            if gap[1] < 0.0 || (root.is_none() && end_gap < 0.0) {
+            if rises < 0.0 || (root.is_none() && end_gap < 0.0) {
                 self.front_mode = ContactMode::slip_towards(-sign);
                 self.segment_mode = self.front_mode;
                 return self.expanded_slip(true);

@@ -1,10 +1,10 @@
 //! Slip of the reference model alone, the motion that is computed most.
 
-use super::NONE;
+use super::Workspace;
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
-use crate::friction::series::{CoefficientRoom, CoefficientSeries, ExponentialSum};
-use crate::integrate::series::{RECIPROCAL, Series};
+use crate::friction::series::{CoefficientSeries, ExponentialSum};
+use crate::integrate::series::RECIPROCAL;
 use crate::integrate::taylor::SeriesSystem;
 use crate::integrate::{MAX_DEGREE, State};
 use crate::model::Model;
@@ -19,9 +19,8 @@ pub(super) struct BaseSeries<'a> {
     row: [f64; MAX_MODES],
     /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
     drive: [f64; MAX_MODES],
-    pub(super) speed: Series,
     friction: CoefficientSeries<'a>,
-    room: &'a mut CoefficientRoom,
+    room: &'a mut Workspace,
     /// Coefficient of friction of the power before.
     mu_before: f64,
 }
@@ -33,7 +32,7 @@ impl<'a> BaseSeries<'a> {
         law: &'a ExponentialSum,
         mode: ContactMode,
         t: f64,
-        room: &'a mut CoefficientRoom,
+        room: &'a mut Workspace,
     ) -> Self {
         let [mut belt_velocity, normal_force] = model.given(t, model.series_unit);
         let sign = mode.sign();
@@ -45,7 +44,6 @@ impl<'a> BaseSeries<'a> {
             normal_force,
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| gain * scale),
-            speed: NONE,
             friction: CoefficientSeries::new(law, 0.0),
             room,
             mu_before: 0.0,
@@ -54,7 +52,7 @@ impl<'a> BaseSeries<'a> {
 
     /// Works out the sliding speed.
     #[inline]
-    pub(super) fn observe(&mut self, k: usize, x: &State) {
+    pub(super) fn observe(&mut self, k: usize, x: &State) -> f64 {
         let mut speed = 0.0;
         for j in 0..self.model.mode_count {
             speed += self.row[j] * x[2 * j + 1];
@@ -62,7 +60,8 @@ impl<'a> BaseSeries<'a> {
         if k < 2 {
             speed -= self.belt_velocity[k];
         }
-        self.speed[k] = speed;
+        self.room.motion.speed[k] = speed;
+        speed
     }
 }
 
@@ -84,8 +83,8 @@ impl SeriesSystem for BaseSeries<'_> {
         let m = self.model;
         let (known, next) = coefficients.split_at_mut(k + 1);
         let (x, next) = (&known[k], &mut next[0]);
-        self.observe(k, x);
-        let mu = self.friction.next(k, self.speed[k], self.room);
+        let speed = self.observe(k, x);
+        let mu = self.friction.next(k, speed, &mut self.room.friction);
         let [force, rate] = self.normal_force;
         let ramp = rate * self.mu_before;
         self.mu_before = mu;

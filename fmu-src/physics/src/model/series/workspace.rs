@@ -33,3 +33,10 @@ impl Default for Workspace {
         }
     }
 }
+
+impl Workspace {
+    /// The sliding speed sgn(v_r) v_r in m/s of the stretch of slip expanded last, up to the degree of its segment.
+    pub fn sliding_speed(&self) -> &Series {
+        &self.motion.speed
+    }
+}
