@@ -6,6 +6,7 @@
 //! second shot of the runs there are.
 
 use super::fit::{Effort, Fit, Fitter};
+use super::hypothesis::Hypothesis;
 use super::knob::Scale;
 use super::predictor::{Point, Predictor};
 use super::search::{STRIDE, Trial};
@@ -121,6 +122,19 @@ const BRIEF_EVERY: usize = 3;
 /// # Errors
 /// An FMU that can't be instantiated.
 pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgement, Error> {
+    held_out_from(session, trial, care, None)
+}
+
+/// The same, what is a run's own being looked for from where a smaller hypothesis, judged before, found it.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn held_out_from(
+    session: &Session,
+    trial: &Trial,
+    care: Care,
+    smaller: Option<(&Hypothesis, &Judgement)>,
+) -> Result<Judgement, Error> {
     let (mut learn, mut test) = held_out_shots(session);
     if care == Care::Brief {
         // The same places in both, so that each shot judged follows one that teaches.
@@ -145,6 +159,15 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
         start.own[run].clone_from(&trial.fit.point.own[run]);
     }
     start.share_own(h, &fitted, &out);
+    if let Some((known, judged)) = smaller {
+        for &run in &out {
+            for (knob, value) in known.own[run].iter().zip(&judged.point.own[run]) {
+                if let Some(i) = h.own[run].iter().position(|k| k.name == knob.name) {
+                    start.own[run][i] = *value;
+                }
+            }
+        }
+    }
     let own = Effort {
         iterations: match (care, local) {
             (Care::Brief, false) => 3,
@@ -200,7 +223,7 @@ fn only(fit: &Fit, all: &[usize], wanted: &[usize]) -> Fit {
 fn learn_own<'a>(
     session: &Session,
     predictor: &mut Predictor<'a>,
-    h: &'a super::hypothesis::Hypothesis,
+    h: &'a Hypothesis,
     shots: &[Shot],
     start: Point,
     effort: Effort,

@@ -198,8 +198,13 @@ impl<'a> Predictor<'a> {
             .initialize(shot.time[0] - run.time[0], None, None)
     }
 
+    /// Deviation in m from the measurement at which a prediction of run `run` is given up.
+    pub fn limit(&self, run: usize) -> f64 {
+        RUNAWAY * self.reach[run]
+    }
+
     /// Writes the predicted displacement at every `stride`-th of the first `used` times of the shot;
-    /// `false` if the motion ran away from the measurement and was given up.
+    /// `false` if the motion ran away from the measurement and was given up, after the times written.
     ///
     /// # Errors
     /// Values that the FMU refuses, or a motion that it can't follow.
@@ -229,7 +234,7 @@ impl<'a> Predictor<'a> {
             let next = shot.time[k] - origin;
             self.instance.do_step(t, next - t)?;
             self.instance.get_real(&[r.measured], &mut y)?;
-            if (y[0] - shot.measured[k]).abs() > RUNAWAY * self.reach[shot.run] {
+            if (y[0] - shot.measured[k]).abs() > self.limit(shot.run) {
                 // A motion that runs away would cost the time of a thousand others.
                 return Ok(false);
             }

@@ -1,6 +1,7 @@
 //! The fit of one hypothesis from several starts, so that a poor local minimum is not taken for a verdict.
 
 use super::candidate::Role;
+use super::contender::FLOOR_MEDIAN;
 use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::{Choice, Hypothesis};
 use super::look::Looker;
@@ -20,6 +21,9 @@ pub(super) const LOOK_SHARE: f64 = 0.4;
 const CLIMB: usize = 10;
 /// Starts that are followed to the end.
 const FOLLOWED: usize = 2;
+/// Median error over the noise above which a first look is not followed where the model without the effect is down to the
+/// noise.
+const FAR: f64 = 3.0;
 
 /// A hypothesis and the best fit found.
 pub struct Trial {
@@ -259,12 +263,24 @@ pub fn search(
     );
     let mut looker = Looker::new(&hypothesis, &data, depth);
     let looks = looker.look(&mut predictor, starts);
+    // Beside a model that is down to the noise an effect can only be weak.
+    let is_weak = data.quantile(&base.fit, 0.5) <= FLOOR_MEDIAN;
+    let is_hopeless = |look: &Fit| is_weak && data.quantile(look, 0.5) > FAR;
     if !looker.has_arrived() {
-        for look in looks.into_iter().take(depth.followed) {
-            looker.follow(&mut predictor, look.point, base.fit.trimmed);
+        for look in looks.iter().take(depth.followed) {
+            if !is_hopeless(look) {
+                looker.follow(&mut predictor, look.point.clone(), base.fit.trimmed);
+            }
         }
     }
     let mut best = looker.best;
+    let can_be_off = session.catalogue[new].find_role(Role::Amplitude).is_some();
+    if let (None, Some(look), false) = (&best, looks.first(), can_be_off) {
+        // As it stands: there is nothing to return to, and the model without it explains the data.
+        let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, effort(0));
+        let fit = fitter.run(look.point.clone());
+        return Ok(Trial { hypothesis, fit });
+    }
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
         let off = switched_off(session, &hypothesis, base, shots);

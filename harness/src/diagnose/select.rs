@@ -128,7 +128,10 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
             pairs::held(&screen, &list, &leaders, watch)?
         }
     };
-    if let Some(best) = pairs.first().filter(|p| p.reaches_floor()) {
+    let single = singles.first().filter(|s| s.reaches_floor());
+    let to_beat = single.map_or(f64::INFINITY, |s| s.score(screen.samples) - NULL_GAIN);
+    let is_worth_it = |p: &&Contender| p.reaches_floor() && p.score(screen.samples) < to_beat;
+    if let Some(best) = pairs.first().filter(is_worth_it) {
         let others = pairs::other_forms(session, &screen, best, watch)?;
         screen.keep_better(&mut pairs, others);
     }

@@ -45,6 +45,19 @@ impl Step {
         })
     }
 
+    /// Judges once more from what a smaller model found of the runs kept out, if that predicts them better: what is their
+    /// own, a friction level above all, may have been looked for in vain.
+    fn rejudge(&mut self, session: &Session, smaller: &Step) -> Result<(), Error> {
+        if self.holdout.quantile(0.5) > smaller.holdout.quantile(0.5) {
+            let known = Some((&smaller.trial.hypothesis, &smaller.holdout));
+            let again = judge::held_out_from(session, &self.trial, Care::Thorough, known)?;
+            if again.quantile(0.5) < self.holdout.quantile(0.5) {
+                self.holdout = again;
+            }
+        }
+        Ok(())
+    }
+
     /// Where the knobs stand for a run: as fitted, or as learned on a run that was kept out.
     pub fn point(&self, session: &Session, run: usize) -> &Point {
         if session.held_out[run] {
@@ -65,10 +78,15 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
         .collect();
     let all = session.fit_shots(1);
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
-    super::session::parallel(&steps, |contender| {
+    let mut steps = super::session::parallel(&steps, |contender| {
         let trial = refit(session, contender, &all, &shots)?;
         Step::new(session, trial, &all, &shots)
-    })
+    })?;
+    for i in 1..steps.len() {
+        let (below, above) = steps.split_at_mut(i);
+        above[0].rejudge(session, &below[i - 1])?;
+    }
+    Ok(steps)
 }
 
 /// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more

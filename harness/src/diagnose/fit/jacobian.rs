@@ -1,10 +1,8 @@
 //! Derivatives of a shot's prediction by its start state and by the knobs.
 
 use super::{Fitter, LOST, Place, directions};
-use crate::diagnose::hypothesis::Hypothesis;
 use crate::diagnose::knob::Knob;
 use crate::diagnose::predictor::Point;
-use crate::diagnose::shot::Shot;
 use nalgebra::{DMatrix, DVector};
 
 /// A shot's prediction, linearised.
@@ -119,6 +117,7 @@ impl Fitter<'_, '_> {
         let shot = &self.data.shots[k];
         let used = self.used(shot);
         let stride = self.effort.stride;
+        let predicted = self.predicted(k, residual);
         let target = (RESPONSE * self.data.noise[shot.run]).max(LEAST_RESPONSE);
         let mut out = std::mem::take(&mut self.buffer);
         for _ in 0..ATTEMPTS {
@@ -136,8 +135,9 @@ impl Fitter<'_, '_> {
             );
             *values.of(turn) = at;
             let mut norm = 0.0;
-            if matches!(done, Ok(true)) {
-                for (i, y) in out.iter().enumerate() {
+            if done.is_ok() {
+                column.fill(0.0);
+                for (i, y) in out.iter().enumerate().take(predicted) {
                     let changed = if shot.trusted[i * stride] {
                         shot.measured[i * stride] - y
                     } else {
@@ -238,67 +238,68 @@ fn towards_inside(knob: &Knob, at: f64, step: f64) -> f64 {
     }
 }
 
-/// Broyden's rank-one update after a step (Broyden 1965, method 1), with each direction measured by the
-/// response that it has: `J += (dy - J dx) (D dx)' D / |D dx|^2`, D the norms of the columns of J. Shots that
-/// left their basin wait for the next Jacobian.
-pub(super) fn update(
-    linear: &mut [Option<Linear>],
-    h: &Hypothesis,
-    shots: &[Shot],
-    old: &Place,
-    new: &Place,
-) {
-    for k in 0..linear.len() {
-        let lost = new.sums[k] > LOST * old.sums[k];
-        let (Some(l), Some(after), false) = (&mut linear[k], &new.residual[k], lost) else {
-            linear[k] = None;
-            continue;
-        };
-        let run = shots[k].run;
-        let difference = |a: &[f64], b: &[f64], i: usize| b[i] - a[i];
-        let states = DVector::from_iterator(
-            l.states.ncols(),
-            directions(h, old.point.stuck[k])
-                .into_iter()
-                .map(|i| difference(&old.point.states[k], &new.point.states[k], i)),
-        );
-        let knobs = DVector::from_iterator(
-            l.knobs.ncols(),
-            (0..h.shared.len())
-                .map(|i| difference(&old.point.shared, &new.point.shared, i))
-                .chain(
-                    (0..h.own[run].len())
-                        .map(|i| difference(&old.point.own[run], &new.point.own[run], i)),
-                ),
-        );
-        let mut error = DVector::from_iterator(
-            after.len(),
-            l.residual
+impl Fitter<'_, '_> {
+    /// Broyden's rank-one update after a step (Broyden 1965, method 1), with each direction measured by the
+    /// response that it has: `J += (dy - J dx) (D dx)' D / |D dx|^2`, D the norms of the columns of J. Shots that
+    /// left their basin or ran away wait for the next Jacobian.
+    pub(super) fn update(&self, linear: &mut [Option<Linear>], old: &Place, new: &Place) {
+        let (h, shots) = (self.hypothesis, self.data.shots);
+        for k in 0..linear.len() {
+            let is_whole = |place: &Place| {
+                let residual = place.residual[k].as_ref();
+                residual.is_some_and(|r| self.predicted(k, r) == r.len())
+            };
+            let lost = new.sums[k] > LOST * old.sums[k] || !is_whole(old) || !is_whole(new);
+            let (Some(l), Some(after), false) = (&mut linear[k], &new.residual[k], lost) else {
+                linear[k] = None;
+                continue;
+            };
+            let run = shots[k].run;
+            let difference = |a: &[f64], b: &[f64], i: usize| b[i] - a[i];
+            let states = DVector::from_iterator(
+                l.states.ncols(),
+                directions(h, old.point.stuck[k])
+                    .into_iter()
+                    .map(|i| difference(&old.point.states[k], &new.point.states[k], i)),
+            );
+            let knobs = DVector::from_iterator(
+                l.knobs.ncols(),
+                (0..h.shared.len())
+                    .map(|i| difference(&old.point.shared, &new.point.shared, i))
+                    .chain(
+                        (0..h.own[run].len())
+                            .map(|i| difference(&old.point.own[run], &new.point.own[run], i)),
+                    ),
+            );
+            let mut error = DVector::from_iterator(
+                after.len(),
+                l.residual
+                    .iter()
+                    .zip(after)
+                    .map(|(before, after)| before - after),
+            );
+            error -= &l.states * &states + &l.knobs * &knobs;
+            let weights = |matrix: &DMatrix<f64>, step: &DVector<f64>| -> Vec<f64> {
+                (0..matrix.ncols())
+                    .map(|i| matrix.column(i).norm_squared() * step[i])
+                    .collect()
+            };
+            let (by_state, by_knob) = (weights(&l.states, &states), weights(&l.knobs, &knobs));
+            let length: f64 = by_state
                 .iter()
-                .zip(after)
-                .map(|(before, after)| before - after),
-        );
-        error -= &l.states * &states + &l.knobs * &knobs;
-        let weights = |matrix: &DMatrix<f64>, step: &DVector<f64>| -> Vec<f64> {
-            (0..matrix.ncols())
-                .map(|i| matrix.column(i).norm_squared() * step[i])
-                .collect()
-        };
-        let (by_state, by_knob) = (weights(&l.states, &states), weights(&l.knobs, &knobs));
-        let length: f64 = by_state
-            .iter()
-            .zip(&states)
-            .map(|(w, d)| w * d)
-            .sum::<f64>()
-            + by_knob.iter().zip(&knobs).map(|(w, d)| w * d).sum::<f64>();
-        if length > 0.0 {
-            for (i, w) in by_state.iter().enumerate() {
-                l.states.column_mut(i).axpy(w / length, &error, 1.0);
+                .zip(&states)
+                .map(|(w, d)| w * d)
+                .sum::<f64>()
+                + by_knob.iter().zip(&knobs).map(|(w, d)| w * d).sum::<f64>();
+            if length > 0.0 {
+                for (i, w) in by_state.iter().enumerate() {
+                    l.states.column_mut(i).axpy(w / length, &error, 1.0);
+                }
+                for (i, w) in by_knob.iter().enumerate() {
+                    l.knobs.column_mut(i).axpy(w / length, &error, 1.0);
+                }
             }
-            for (i, w) in by_knob.iter().enumerate() {
-                l.knobs.column_mut(i).axpy(w / length, &error, 1.0);
-            }
+            l.residual.clone_from(after);
         }
-        l.residual.clone_from(after);
     }
 }

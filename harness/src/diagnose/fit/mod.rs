@@ -197,8 +197,9 @@ impl<'a, 'b> Fitter<'a, 'b> {
             &mut out,
         );
         let stride = self.effort.stride;
-        let residual = result.ok().filter(|done| *done).map(|_| {
-            out.iter()
+        let residual = result.ok().map(|_| {
+            let mut residual: Vec<f64> = out
+                .iter()
                 .enumerate()
                 .map(|(i, y)| {
                     if shot.trusted[i * stride] {
@@ -207,10 +208,21 @@ impl<'a, 'b> Fitter<'a, 'b> {
                         0.0
                     }
                 })
-                .collect::<Vec<f64>>()
+                .collect();
+            // What ran away counts as far off from there on: without a value, a fit that begins far from the data would
+            // have nothing to descend on.
+            residual.resize(used.div_ceil(stride), self.predictor.limit(shot.run));
+            residual
         });
         self.buffer = out;
         residual.filter(|r| r.iter().all(|v| v.is_finite()))
+    }
+
+    /// Number of samples that were predicted before the motion ran away.
+    fn predicted(&self, k: usize, residual: &[f64]) -> usize {
+        let limit = self.predictor.limit(self.data.shots[k].run);
+        let end = residual.iter().position(|r| *r == limit);
+        end.unwrap_or(residual.len())
     }
 
     fn count(&self, k: usize) -> f64 {
@@ -354,7 +366,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
                     break;
                 };
                 let fall = here.merit - next.merit;
-                jacobian::update(&mut linear, self.hypothesis, self.data.shots, &here, &next);
+                self.update(&mut linear, &here, &next);
                 here = next;
                 if fall < self.effort.tolerance * before.abs() {
                     break;
