@@ -9,7 +9,7 @@ use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::Hypothesis;
 use super::knob::Scale;
 use super::predictor::{Point, Predictor};
-use super::search::{STRIDE, Trial};
+use super::search::{self, STRIDE, Trial};
 use super::session::Session;
 use super::shot::Shot;
 use crate::error::Error;
@@ -31,6 +31,8 @@ pub struct Judgement {
     pub mean_square: Vec<f64>,
     /// Where the knobs stood for them.
     pub point: Point,
+    /// Of a judgement on what was kept out, the shots that taught and those judged, and where all stood in the end.
+    pub whole: Option<(Vec<usize>, Point)>,
 }
 
 impl Judgement {
@@ -69,6 +71,7 @@ pub fn of_fit(session: &Session, shots: &[usize], fit: &Fit) -> Judgement {
         shots: shots.to_vec(),
         mean_square: fit.mean_square.clone(),
         point: fit.point.clone(),
+        whole: None,
     }
 }
 
@@ -160,13 +163,7 @@ pub fn held_out_from(
     }
     start.share_own(h, &fitted, &out);
     if let Some((known, judged)) = smaller {
-        for &run in &out {
-            for (knob, value) in known.own[run].iter().zip(&judged.point.own[run]) {
-                if let Some(i) = h.own[run].iter().position(|k| k.name == knob.name) {
-                    start.own[run][i] = *value;
-                }
-            }
-        }
+        take_over(h, &learn, &mut start, known, judged, &out);
     }
     let own = Effort {
         iterations: match (care, local) {
@@ -191,13 +188,49 @@ pub fn held_out_from(
     let mut start = Point::centre(h, &shots);
     start.shared = learned.point.shared;
     start.own = learned.point.own;
+    if let Some((known, judged)) = smaller {
+        take_over(h, &both, &mut start, known, judged, &[]);
+    }
     let data = session.data(&shots);
     let judged = Effort {
         stride: if local { 1 } else { STRIDE },
         ..own
     };
     let fit = Fitter::new(&mut predictor, h, &data, judged).settle(start);
-    Ok(of_fit(session, &test, &only(&fit, &both, &test)))
+    let judged = of_fit(session, &test, &only(&fit, &both, &test));
+    Ok(Judgement {
+        whole: Some((both, fit.point)),
+        ..judged
+    })
+}
+
+/// Takes the start states of the shots `list`, and what the runs `runs` have of their own, from where a smaller
+/// hypothesis stood when it was judged.
+fn take_over(
+    h: &Hypothesis,
+    list: &[usize],
+    start: &mut Point,
+    known: &Hypothesis,
+    judged: &Judgement,
+    runs: &[usize],
+) {
+    let Some((shots, point)) = &judged.whole else {
+        return;
+    };
+    for &run in runs {
+        for (knob, value) in known.own[run].iter().zip(&point.own[run]) {
+            if let Some(i) = h.own[run].iter().position(|k| k.name == knob.name) {
+                start.own[run][i] = *value;
+            }
+        }
+    }
+    for (place, k) in list.iter().enumerate() {
+        let Some(there) = shots.iter().position(|s| s == k) else {
+            continue;
+        };
+        search::widen_state(known, &point.states[there], h, &mut start.states[place]);
+        start.stuck[place] = point.stuck[there];
+    }
 }
 
 /// The part of a fit that belongs to some of its shots.

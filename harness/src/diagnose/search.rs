@@ -383,19 +383,22 @@ pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
             }
         }
     }
-    let modal = 2 * hypothesis.modes;
-    for (k, state) in out.states.iter_mut().enumerate() {
-        state[..modal].copy_from_slice(&base.fit.point.states[k][..modal]);
-        for (i, (reference, _)) in base.hypothesis.extra_states.iter().enumerate() {
-            if let Some(j) = hypothesis
-                .extra_states
-                .iter()
-                .position(|s| s.0 == *reference)
-            {
-                state[modal + j] = base.fit.point.states[k][modal + i];
-            }
-        }
+    for (state, known) in out.states.iter_mut().zip(&base.fit.point.states) {
+        widen_state(&base.hypothesis, known, hypothesis, state);
     }
     out.stuck.clone_from(&base.fit.point.stuck);
     out
+}
+
+/// The start state of a shot under a larger hypothesis that agrees with that under a smaller one; other states of effects
+/// stay as they are.
+pub fn widen_state(smaller: &Hypothesis, known: &[f64], larger: &Hypothesis, state: &mut [f64]) {
+    let modal = 2 * larger.modes;
+    state[..modal].copy_from_slice(&known[..modal]);
+    for (i, (reference, _)) in smaller.extra_states.iter().enumerate() {
+        let same = larger.extra_states.iter().position(|s| s.0 == *reference);
+        if let Some(j) = same {
+            state[modal + j] = known[modal + i];
+        }
+    }
 }

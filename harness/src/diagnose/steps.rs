@@ -1,5 +1,7 @@
 //! The steps of the error ladder: the calibrated model and the path of a selection, fitted to all data and judged.
 
+use super::candidate::Role;
+use super::conclude::estimate;
 use super::contender::Contender;
 use super::fit::Effort;
 use super::judge::{self, Care, Judgement};
@@ -11,6 +13,8 @@ use super::shot::Shot;
 use super::whiteness;
 use crate::error::Error;
 
+/// Standard deviations by which the strength of an effect must differ from none beside a model that is down to the noise.
+const FAINT: f64 = 3.0;
 /// Gain that needs no second look.
 const OVERWHELMING: f64 = 300.0;
 
@@ -90,7 +94,7 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
 }
 
 /// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
-/// than chance over a model that is down to the noise without them. Where the gain is not overwhelming, the smaller
+/// than chance over a model that is down to the noise without them, or whose strength can't be told from none. Where the gain is not overwhelming, the smaller
 /// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
 ///
 /// # Errors
@@ -124,7 +128,7 @@ pub fn prune(
                 steps[depth - 1] = Step::new(session, again, &all, &shots)?;
             }
         }
-        if gain(steps) > selection.threshold {
+        if gain(steps) > selection.threshold && !is_faint(session, &steps[depth], below) {
             break;
         }
         let taken_back = selection.path.pop().expect("the path has a last effect");
@@ -136,6 +140,30 @@ pub fn prune(
         steps.pop();
     }
     Ok(())
+}
+
+/// Whether the strength of what a step has more than the model below is within [`FAINT`] standard deviations of none: its
+/// amplitudes, or all of its shape constants where it has no amplitude. A gain that contradicts this comes from a smaller
+/// model that was not fitted as well.
+fn is_faint(session: &Session, step: &Step, below: &Contender) -> bool {
+    let h = &step.trial.hypothesis;
+    let added = h.choices.iter().filter(|c| !below.choices.contains(c));
+    let mut strongest = f64::NEG_INFINITY;
+    for choice in added {
+        let effect = &session.catalogue[choice.effect];
+        let role = match effect.find_role(Role::Amplitude) {
+            Some(_) => Role::Amplitude,
+            None => Role::Shape,
+        };
+        for p in effect.parameters.iter().filter(|p| p.role == role) {
+            if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
+                let estimate = estimate(h, &step.trial.fit, i);
+                let deviation = (estimate.value - p.start).abs() / estimate.std;
+                strongest = strongest.max(deviation);
+            }
+        }
+    }
+    (0.0..FAINT).contains(&strongest)
 }
 
 /// The effort of a last fit of a model that explains the data.
