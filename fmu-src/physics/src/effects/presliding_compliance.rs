@@ -123,7 +123,7 @@ impl EffectSeries for Bristle {
         z[k] = x[0];
         worn[k] = product(&m.speed, z, k);
         ratio[k] = quotient(worn[k], capacity, ratio, k);
-        rate[k] = m.relative_velocity[k] - self.stiffness * ratio[k];
+        rate[k] = m.relative_velocity(k) - self.stiffness * ratio[k];
         -(self.stiffness * z[k] + self.damping * rate[k])
     }
     fn add_rates(

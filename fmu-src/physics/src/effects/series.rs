@@ -51,14 +51,14 @@ pub struct MotionSeries {
     pub displacement: Series,
     /// Tip velocity w' in m/s.
     pub velocity: Series,
-    /// Relative velocity v_r in m/s.
-    pub relative_velocity: Series,
+    /// Sign of v_r, 0 in stick.
+    pub sign: f64,
     /// Sliding speed in m/s.
     pub speed: Series,
     /// Place on the belt in m.
     pub travel: Series,
-    /// Normal force in N as given.
-    pub normal_force: Series,
+    /// Normal force in N as given, powers 0 and 1.
+    pub normal_force: [f64; 2],
 }
 
 impl MotionSeries {
@@ -70,11 +70,17 @@ impl MotionSeries {
             start,
             displacement: none,
             velocity: none,
-            relative_velocity: none,
+            sign: 0.0,
             speed: none,
             travel: none,
-            normal_force: none,
+            normal_force: [0.0; 2],
         }
+    }
+
+    /// Coefficient `k` of the relative velocity v_r in m/s.
+    #[inline]
+    pub fn relative_velocity(&self, k: usize) -> f64 {
+        self.sign * self.speed[k]
     }
 }
 

@@ -26,7 +26,6 @@ pub(super) struct FullSeries<'a> {
     distance: [f64; 3],
     /// Given belt velocity as it enters the sliding speed.
     belt_velocity: [f64; 2],
-    normal_force: [f64; 2],
     friction: CoefficientSeries<'a>,
     /// Speed at which the friction law is evaluated at the start, in m/s.
     first_argument: f64,
@@ -48,7 +47,9 @@ impl<'a> FullSeries<'a> {
         let (t, unit) = (segment.start, segment.length);
         room.motion.start = model.motion(t, &segment.coefficients[0], mode);
         room.motion.unit = unit;
+        room.motion.sign = mode.sign();
         let [belt_velocity, normal_force] = model.given(t, unit);
+        room.motion.normal_force = normal_force;
         let mut series = [None; MAX_PARTS];
         for (series, enabled) in series.iter_mut().zip(model.effects.iter()) {
             *series = enabled.effect.series();
@@ -71,7 +72,6 @@ impl<'a> FullSeries<'a> {
                 0.5 * belt_velocity[1] * unit,
             ],
             belt_velocity: belt_velocity.map(|v| sign * v),
-            normal_force,
             friction: CoefficientSeries::new(law, added),
             first_argument: 0.0,
             factor_count: 0,
@@ -111,9 +111,7 @@ impl<'a> FullSeries<'a> {
         m.displacement[k] = displacement;
         m.velocity[k] = velocity;
         m.speed[k] = speed;
-        m.relative_velocity[k] = self.sign * speed;
         m.travel[k] = distance + give.displacement - displacement;
-        m.normal_force[k] = *self.normal_force.get(k).unwrap_or(&0.0);
         give
     }
 
@@ -199,7 +197,7 @@ impl<'a> FullSeries<'a> {
         };
         self.room.mu[k] = mu;
         let before = if k == 0 { 0.0 } else { self.room.mu[k - 1] };
-        let [force, rate] = self.normal_force.map(|force| model.level * force);
+        let [force, rate] = self.room.motion.normal_force.map(|n| model.level * n);
         let mut capacity = force * mu + rate * before;
         self.room.partial[0][k] = capacity;
         let mut count = 0;
@@ -247,7 +245,7 @@ impl<'a> FullSeries<'a> {
     pub(super) fn holds(&self, degree: usize, theta: f64) -> bool {
         let keeps = |f: &Series| f[0] >= 0.0 && keeps_sign(f, degree, theta);
         let room = &*self.room;
-        let [force, rate] = self.normal_force;
+        let [force, rate] = room.motion.normal_force;
         // Friction laws are continued by constants below v = 0.
         self.first_argument >= -1e-12
             && force >= 0.0
@@ -292,7 +290,7 @@ impl FullSeries<'_> {
         let motion = Motion {
             displacement: m.displacement[k],
             velocity: m.velocity[k],
-            relative_velocity: m.relative_velocity[k],
+            relative_velocity: m.relative_velocity(k),
             speed: m.speed[k],
             ..Motion::default()
         };
