@@ -128,7 +128,8 @@ pub fn held_out(session: &Session, trial: &Trial, care: Care) -> Result<Judgemen
     held_out_from(session, trial, care, None)
 }
 
-/// The same, what is a run's own being looked for from where a smaller hypothesis, judged before, found it.
+/// The same, what is a run's own (but for phases, which are looked for all round) and the start states being looked for
+/// from where a smaller hypothesis, judged before, found them.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.

@@ -263,14 +263,14 @@ pub fn search(
     );
     let mut looker = Looker::new(&hypothesis, &data, depth);
     let looks = looker.look(&mut predictor, starts);
-    // Beside a model that is down to the noise an effect can only be weak.
-    let is_weak = data.quantile(&base.fit, 0.5) <= FLOOR_MEDIAN;
+    // Beside a model that is down to the noise without it an effect can only be weak.
+    let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
+    let is_weak = is_new && data.quantile(&base.fit, 0.5) <= FLOOR_MEDIAN;
     let is_hopeless = |look: &Fit| is_weak && data.quantile(look, 0.5) > FAR;
     if !looker.has_arrived() {
-        for look in looks.iter().take(depth.followed) {
-            if !is_hopeless(look) {
-                looker.follow(&mut predictor, look.point.clone(), base.fit.trimmed);
-            }
+        let open = looks.iter().filter(|look| !is_hopeless(look));
+        for look in open.take(depth.followed) {
+            looker.follow(&mut predictor, look.point.clone(), base.fit.trimmed);
         }
     }
     let mut best = looker.best;

@@ -13,7 +13,7 @@ use super::shot::Shot;
 use super::whiteness;
 use crate::error::Error;
 
-/// Standard deviations by which the strength of an effect must differ from none beside a model that is down to the noise.
+/// Standard deviations by which an effect must differ from nothing beside a model that is down to the noise.
 const FAINT: f64 = 3.0;
 /// Gain that needs no second look.
 const OVERWHELMING: f64 = 300.0;
@@ -94,7 +94,7 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
 }
 
 /// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
-/// than chance over a model that is down to the noise without them, or whose strength can't be told from none. Where the gain is not overwhelming, the smaller
+/// than chance over a model that is down to the noise without them, or can't be told from nothing. Where the gain is not overwhelming, the smaller
 /// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
 ///
 /// # Errors
@@ -126,9 +126,14 @@ pub fn prune(
             let again = search::settled(session, h, &shots, start, last_effort())?;
             if again.fit.trimmed < steps[depth - 1].trial.fit.trimmed {
                 steps[depth - 1] = Step::new(session, again, &all, &shots)?;
+                for i in (depth - 1).max(1)..=depth {
+                    let (below, above) = steps.split_at_mut(i);
+                    above[0].rejudge(session, &below[i - 1])?;
+                }
             }
         }
-        if gain(steps) > selection.threshold && !is_faint(session, &steps[depth], below) {
+        let is_clear = gain(steps) >= OVERWHELMING || !is_faint(session, &steps[depth], below);
+        if gain(steps) > selection.threshold && is_clear {
             break;
         }
         let taken_back = selection.path.pop().expect("the path has a last effect");
@@ -142,9 +147,9 @@ pub fn prune(
     Ok(())
 }
 
-/// Whether the strength of what a step has more than the model below is within [`FAINT`] standard deviations of none: its
-/// amplitudes, or all of its shape constants where it has no amplitude. A gain that contradicts this comes from a smaller
-/// model that was not fitted as well.
+/// Whether what a step has more than the model below can't be told from nothing: every amplitude that it adds, or every
+/// shape constant where it has no amplitude, is known to a third of itself at best ([`FAINT`] standard deviations). A gain
+/// that contradicts this comes from a smaller model that was not fitted as well.
 fn is_faint(session: &Session, step: &Step, below: &Contender) -> bool {
     let h = &step.trial.hypothesis;
     let added = h.choices.iter().filter(|c| !below.choices.contains(c));
@@ -158,11 +163,12 @@ fn is_faint(session: &Session, step: &Step, below: &Contender) -> bool {
         for p in effect.parameters.iter().filter(|p| p.role == role) {
             if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
                 let estimate = estimate(h, &step.trial.fit, i);
-                let deviation = (estimate.value - p.start).abs() / estimate.std;
+                let deviation = estimate.value.abs() / estimate.std;
                 strongest = strongest.max(deviation);
             }
         }
     }
+    // Nothing that could be told, such as the nodes of a profile, is not faint.
     (0.0..FAINT).contains(&strongest)
 }
 

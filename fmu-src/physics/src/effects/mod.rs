@@ -253,7 +253,8 @@ pub trait Effect: Send + Sync {
     fn has_belt_ripple(&self) -> bool {
         false
     }
-    /// Motion added to the belt, linear in the states; asked for once.
+    /// Motion added to the belt, linear in the states, with a constant mobility; asked for while the
+    /// model is built.
     fn belt_give(&self, _x: &[f64]) -> BeltGive {
         BeltGive::default()
     }

@@ -41,7 +41,7 @@ pub(super) fn exponential_sum(
         e.hooks = hooks;
         e.first_register = registers;
         registers += count;
-        factors += usize::from(hooks.factor);
+        factors += usize::from(hooks.factor || hooks.static_factor);
     }
     let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
     let law = law.exponential_sum().filter(|_| fits)?;

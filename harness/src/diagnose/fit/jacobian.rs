@@ -81,7 +81,8 @@ impl Fitter<'_, '_> {
                 if knob.is_offset() {
                     // Added to the displacement as it is.
                     let stride = self.effort.stride;
-                    for (i, slope) in column.iter_mut().enumerate() {
+                    let predicted = self.predicted(k, &residual);
+                    for (i, slope) in column.iter_mut().enumerate().take(predicted) {
                         *slope = f64::from(u8::from(shot.trusted[i * stride]));
                     }
                 } else {
@@ -148,7 +149,8 @@ impl Fitter<'_, '_> {
                     norm += column[i] * column[i];
                 }
             }
-            let response = (norm / residual.len() as f64).sqrt() * step.abs();
+            let compared = out.len().min(predicted).max(1);
+            let response = (norm / compared as f64).sqrt() * step.abs();
             if response <= 0.0 || !response.is_finite() {
                 break;
             }

@@ -221,7 +221,8 @@ impl<'a, 'b> Fitter<'a, 'b> {
     /// Number of samples that were predicted before the motion ran away.
     fn predicted(&self, k: usize, residual: &[f64]) -> usize {
         let limit = self.predictor.limit(self.data.shots[k].run);
-        let end = residual.iter().position(|r| *r == limit);
+        // What was predicted is nearer than that, or zero where it is not trusted.
+        let end = residual.iter().position(|r| *r == limit && limit > 0.0);
         end.unwrap_or(residual.len())
     }
 

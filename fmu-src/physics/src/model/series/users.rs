@@ -36,7 +36,8 @@ impl Places {
     }
 }
 
-/// The effects that use each hook; see [`Hooks`]. Those with a factor on the static limit only are apart.
+/// The effects that use each hook; see [`Hooks`]. `any_factor` are those with a factor on the static limit, its own or
+/// that of sliding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::model) struct Users {
     pub(super) tip_force: Places,
