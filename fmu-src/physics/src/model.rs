@@ -48,6 +48,8 @@ pub struct Model {
     /// Mobility of the belt in 1/kg.
     give_mobility: f64,
     friction: FrictionLaw,
+    /// Slope in s/m of what effects add to the kinetic coefficient of friction.
+    friction_slope: f64,
     /// The law again, where slip can be expanded in power series.
     exponential_sum: Option<ExponentialSum>,
     /// Which effects take part in the series, and where.
@@ -205,6 +207,7 @@ impl Model {
             give_rows: give_rows.into(),
             give_mobility,
             friction: parameters.friction,
+            friction_slope: effects.iter().map(|e| e.effect.friction_slope()).sum(),
             exponential_sum,
             users: users.unwrap_or_default(),
             plain_slip: effects
@@ -394,10 +397,7 @@ impl Model {
             .iter()
             .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
             .unwrap_or(m.speed);
-        let mut coefficient = self.friction.coefficient(speed);
-        for e in self.effects.iter() {
-            coefficient += e.effect.friction_term(speed);
-        }
+        let coefficient = self.friction.coefficient(speed) + self.friction_slope * speed;
         not_negative(coefficient) * self.friction_factor(m) * self.effective_normal_force(m)
     }
 

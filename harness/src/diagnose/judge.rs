@@ -219,11 +219,8 @@ fn take_over(
         return;
     };
     for &run in runs {
-        for (knob, value) in known.own[run].iter().zip(&point.own[run]) {
-            if let Some(i) = h.own[run].iter().position(|k| k.name == knob.name) {
-                start.own[run][i] = *value;
-            }
-        }
+        let (smaller, larger) = (&known.own[run], &h.own[run]);
+        search::widen_own(smaller, &point.own[run], larger, &mut start.own[run]);
     }
     for (place, k) in list.iter().enumerate() {
         let Some(there) = shots.iter().position(|s| s == k) else {

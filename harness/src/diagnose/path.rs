@@ -11,6 +11,14 @@ pub(super) fn is_profile(session: &Session, choice: &Choice) -> bool {
     parameters.iter().any(|p| p.role == Role::Node)
 }
 
+/// The score of the best single effect if it explains the data, which a second effect must beat by more than chance.
+pub(super) fn score_alone(singles: &[Contender], samples: f64) -> f64 {
+    match singles.first() {
+        Some(single) if single.reaches_floor() => single.score(samples),
+        _ => f64::INFINITY,
+    }
+}
+
 /// The effects that are believed, taken out of the lists.
 pub(super) fn believed_path(
     singles: &mut Vec<Contender>,
@@ -19,10 +27,7 @@ pub(super) fn believed_path(
     samples: f64,
 ) -> Vec<Contender> {
     // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
-    let alone = match singles.first() {
-        Some(single) if single.reaches_floor() => single.score(samples),
-        _ => f64::INFINITY,
-    };
+    let alone = score_alone(singles, samples);
     // Nor is it if one of the two is worth as much alone.
     let half = |p: &Contender| {
         let of_pair = singles

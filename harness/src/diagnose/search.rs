@@ -4,6 +4,7 @@ use super::candidate::Role;
 use super::contender::FLOOR_MEDIAN;
 use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::{Choice, Hypothesis};
+use super::knob::Knob;
 use super::look::Looker;
 use super::predictor::Point;
 use super::session::Session;
@@ -377,17 +378,23 @@ pub fn widen(base: &Trial, hypothesis: &Hypothesis, point: &Point) -> Point {
         }
     }
     for (run, knobs) in base.hypothesis.own.iter().enumerate() {
-        for (i, knob) in knobs.iter().enumerate() {
-            if let Some(j) = hypothesis.own[run].iter().position(|k| k.name == knob.name) {
-                out.own[run][j] = base.fit.point.own[run][i];
-            }
-        }
+        let known = &base.fit.point.own[run];
+        widen_own(knobs, known, &hypothesis.own[run], &mut out.own[run]);
     }
     for (state, known) in out.states.iter_mut().zip(&base.fit.point.states) {
         widen_state(&base.hypothesis, known, hypothesis, state);
     }
     out.stuck.clone_from(&base.fit.point.stuck);
     out
+}
+
+/// What a run has of its own under a larger hypothesis, as under a smaller one; what that lacks stays as it is.
+pub fn widen_own(smaller: &[Knob], known: &[f64], larger: &[Knob], own: &mut [f64]) {
+    for (knob, value) in smaller.iter().zip(known) {
+        if let Some(i) = larger.iter().position(|k| k.name == knob.name) {
+            own[i] = *value;
+        }
+    }
 }
 
 /// The start state of a shot under a larger hypothesis that agrees with that under a smaller one; other states of effects

@@ -6,7 +6,7 @@ use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
 use super::null;
 use super::pairs;
-use super::path::{believed_path, is_profile};
+use super::path::{believed_path, is_profile, score_alone};
 use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, BRIEF, FIRM, HELD, THOROUGH, Trial, variants};
@@ -128,8 +128,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
             pairs::held(&screen, &list, &leaders, watch)?
         }
     };
-    let single = singles.first().filter(|s| s.reaches_floor());
-    let to_beat = single.map_or(f64::INFINITY, |s| s.score(screen.samples) - NULL_GAIN);
+    let to_beat = score_alone(&singles, screen.samples) - NULL_GAIN;
     let is_worth_it = |p: &&Contender| p.reaches_floor() && p.score(screen.samples) < to_beat;
     if let Some(best) = pairs.first().filter(is_worth_it) {
         let others = pairs::other_forms(session, &screen, best, watch)?;

@@ -219,9 +219,9 @@ pub trait Effect: Send + Sync {
     fn friction_factor(&self, _m: &Motion) -> f64 {
         1.0
     }
-    /// Term added to the kinetic coefficient of friction at sliding speed `speed` in m/s (|v_r|, or
-    /// what a lag makes of it).
-    fn friction_term(&self, _speed: f64) -> f64 {
+    /// Slope in s/m of a term added to the kinetic coefficient of friction, linear in the sliding speed (|v_r|,
+    /// or what a lag makes of it); asked for while the model is built.
+    fn friction_slope(&self) -> f64 {
         0.0
     }
     /// Factor on the normal force.

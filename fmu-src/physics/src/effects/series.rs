@@ -91,8 +91,6 @@ pub struct Hooks {
     pub modal_acceleration: bool,
     /// [`EffectSeries::tip_force`].
     pub tip_force: bool,
-    /// [`EffectSeries::friction_slope`].
-    pub friction_slope: bool,
     /// [`EffectSeries::factor`].
     pub factor: bool,
     /// [`EffectSeries::static_factor`].
@@ -134,10 +132,6 @@ pub trait EffectSeries {
     }
     /// Force on the tip besides friction, in N.
     fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
-        0.0
-    }
-    /// Slope in s/m of the term added to the kinetic coefficient of friction, where it is linear in the speed.
-    fn friction_slope(&self) -> f64 {
         0.0
     }
     /// Factor on the coefficient of friction or on the normal force.

@@ -1,6 +1,6 @@
 //! Friction that rises with the sliding speed.
 
-use super::series::{EffectSeries, Hooks};
+use super::series::EffectSeries;
 use super::{Card, Context, Effect, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::unit::SECOND_PER_METRE;
@@ -44,23 +44,12 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Viscous {
-    fn friction_term(&self, speed: f64) -> f64 {
-        self.0 * speed
+    fn friction_slope(&self) -> f64 {
+        self.0
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
         Some(self)
     }
 }
 
-impl EffectSeries for Viscous {
-    fn hooks(&self) -> Hooks {
-        Hooks {
-            friction_slope: true,
-            ..Hooks::default()
-        }
-    }
-
-    fn friction_slope(&self) -> f64 {
-        self.0
-    }
-}
+impl EffectSeries for Viscous {}

@@ -31,6 +31,7 @@ impl Fitter<'_, '_> {
         let shot = &self.data.shots[k];
         let h = self.hypothesis;
         let n = residual.len();
+        let predicted = &residual[..self.predicted(k, &residual)];
         let list = directions(h, point.stuck[k]);
         let own = h.own[shot.run].len();
         let mut states = DMatrix::zeros(n, list.len());
@@ -46,7 +47,7 @@ impl Fitter<'_, '_> {
                 k,
                 &mut values,
                 Turn::State(i),
-                &residual,
+                predicted,
                 point.stuck[k],
                 column.as_mut_slice(),
             );
@@ -61,7 +62,7 @@ impl Fitter<'_, '_> {
                     k,
                     &mut values,
                     Turn::Shared(c),
-                    &residual,
+                    predicted,
                     point.stuck[k],
                     column.as_mut_slice(),
                 );
@@ -81,8 +82,7 @@ impl Fitter<'_, '_> {
                 if knob.is_offset() {
                     // Added to the displacement as it is.
                     let stride = self.effort.stride;
-                    let predicted = self.predicted(k, &residual);
-                    for (i, slope) in column.iter_mut().enumerate().take(predicted) {
+                    for (i, slope) in column.iter_mut().enumerate().take(predicted.len()) {
                         *slope = f64::from(u8::from(shot.trusted[i * stride]));
                     }
                 } else {
@@ -90,7 +90,7 @@ impl Fitter<'_, '_> {
                         k,
                         &mut values,
                         Turn::Own(c),
-                        &residual,
+                        predicted,
                         point.stuck[k],
                         column.as_mut_slice(),
                     );
@@ -104,21 +104,21 @@ impl Fitter<'_, '_> {
         }
     }
 
-    /// Derivative of a shot's prediction by one thing that can be turned, written into `column`. A step
+    /// Derivative of a shot's prediction by one thing that can be turned, written into `column`; `predicted` is the
+    /// residual as far as the motion was followed. A step
     /// whose response is far too strong to be linear is taken again smaller.
     fn difference(
         &mut self,
         k: usize,
         values: &mut Values,
         turn: Turn,
-        residual: &[f64],
+        predicted: &[f64],
         stuck: bool,
         column: &mut [f64],
     ) {
         let shot = &self.data.shots[k];
         let used = self.used(shot);
         let stride = self.effort.stride;
-        let predicted = self.predicted(k, residual);
         let target = (RESPONSE * self.data.noise[shot.run]).max(LEAST_RESPONSE);
         let mut out = std::mem::take(&mut self.buffer);
         for _ in 0..ATTEMPTS {
@@ -138,18 +138,18 @@ impl Fitter<'_, '_> {
             let mut norm = 0.0;
             if done.is_ok() {
                 column.fill(0.0);
-                for (i, y) in out.iter().enumerate().take(predicted) {
+                for (i, y) in out.iter().enumerate().take(predicted.len()) {
                     let changed = if shot.trusted[i * stride] {
                         shot.measured[i * stride] - y
                     } else {
                         0.0
                     };
-                    let slope = (residual[i] - changed) / step;
+                    let slope = (predicted[i] - changed) / step;
                     column[i] = if slope.is_finite() { slope } else { 0.0 };
                     norm += column[i] * column[i];
                 }
             }
-            let compared = out.len().min(predicted).max(1);
+            let compared = out.len().min(predicted.len()).max(1);
             let response = (norm / compared as f64).sqrt() * step.abs();
             if response <= 0.0 || !response.is_finite() {
                 break;

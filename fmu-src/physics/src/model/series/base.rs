@@ -44,7 +44,7 @@ impl<'a> BaseSeries<'a> {
             normal_force,
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| gain * scale),
-            friction: CoefficientSeries::new(law, 0.0),
+            friction: CoefficientSeries::new(law, model.friction_slope),
             room,
             mu_before: 0.0,
         }

@@ -16,7 +16,6 @@ use crate::model::{Enabled, Model};
 pub(super) struct FullSeries<'a> {
     model: &'a Model,
     mode: ContactMode,
-    sign: f64,
     /// Sliding speed per modal velocity.
     row: [f64; MAX_MODES],
     /// Modal acceleration in m/(s^2 N) per friction force, or per capacity where that gives the force.
@@ -47,22 +46,19 @@ impl<'a> FullSeries<'a> {
         let (t, unit) = (segment.start, segment.length);
         room.motion.start = model.motion(t, &segment.coefficients[0], mode);
         room.motion.unit = unit;
-        room.motion.sign = mode.sign();
+        let sign = mode.sign();
+        room.motion.sign = sign;
         let [belt_velocity, normal_force] = model.given(t, unit);
         room.motion.normal_force = normal_force;
         let mut series = [None; MAX_PARTS];
         for (series, enabled) in series.iter_mut().zip(model.effects.iter()) {
             *series = enabled.effect.series();
         }
-        let added = |i: usize| series[i].map_or(0.0, |s| s.friction_slope());
-        let added = model.users.friction_slope.iter().map(added).sum();
-        let sign = mode.sign();
         let by_capacity = mode != ContactMode::Stuck && !model.has_memory;
         let scale = if by_capacity { -sign } else { 1.0 };
         Self {
             model,
             mode,
-            sign,
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| scale * gain),
             room,
@@ -72,7 +68,7 @@ impl<'a> FullSeries<'a> {
                 0.5 * belt_velocity[1] * unit,
             ],
             belt_velocity: belt_velocity.map(|v| sign * v),
-            friction: CoefficientSeries::new(law, added),
+            friction: CoefficientSeries::new(law, model.friction_slope),
             first_argument: 0.0,
             factor_count: 0,
             series,
@@ -104,7 +100,7 @@ impl<'a> FullSeries<'a> {
             speed -= self.belt_velocity[k];
         }
         let give = model.belt_give(x);
-        speed -= self.sign * give.velocity;
+        speed -= self.room.motion.sign * give.velocity;
         let (displacement, velocity) = model.tip(x);
         let m = &mut self.room.motion;
         let distance = self.distance.get(k).unwrap_or(&0.0);
@@ -161,7 +157,7 @@ impl<'a> FullSeries<'a> {
             let force = self.memory_force(k, x);
             (force, force)
         } else {
-            (capacity, -self.sign * capacity)
+            (capacity, -self.room.motion.sign * capacity)
         };
         self.room.force[k] = force;
         drive
