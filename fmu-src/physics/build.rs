@@ -7,8 +7,9 @@ use std::{env, fs, path::Path};
 const NOT_EFFECTS: [&str; 3] = ["mod", "series", "user_expression"];
 
 fn main() {
-    let folder =
-        Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo")).join("src/effects");
+    // Relative to the package's neighbour, since beam-tangent compiles these files too.
+    let folder = Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo"))
+        .join("../physics/src/effects");
     println!("cargo:rerun-if-changed={}", folder.display());
     let mut names: Vec<String> = fs::read_dir(&folder)
         .expect("the folder of effects exists")

@@ -4,6 +4,7 @@
 pub mod exchange;
 pub mod peers;
 pub mod slave;
+pub mod tangent;
 pub mod variables;
 
 use std::path::{Path, PathBuf};

@@ -6,6 +6,7 @@ use crate::instance::{Content, Instance};
 use crate::lifecycle::{Interface, Phase};
 use crate::model::{Model, SavedState, copied, own};
 use crate::status::{Fault, Status};
+use crate::tangent::{Answer, Request};
 use crate::types::EventInfo;
 use crate::values::Access;
 use std::any::Any;
@@ -68,6 +69,10 @@ impl Model for Instance {
         write: &mut dyn FnMut(usize, f64),
     ) -> Result<(), Fault> {
         self.content.directional(unknowns, knowns, seed, write)
+    }
+
+    fn tangents(&mut self, request: &Request, answer: Answer) -> Result<(), Fault> {
+        self.content.tangents(&mut self.tangents, request, answer)
     }
 
     fn save(&self, old: Option<SavedState>) -> SavedState {

@@ -14,6 +14,7 @@ use crate::lifecycle::Function;
 use crate::setup::{self, PLACES};
 use crate::status::Fault;
 use crate::types::Component;
+use beam_model_description::UserCard;
 use beam_physics::error::PhysicsError;
 use beam_physics::integrate::MAX_STATES;
 use beam_physics::sweep::{Carry, Motion, Rule, Section, StartRule, Subject, evaluate};
@@ -95,7 +96,7 @@ fn answer(motion: &Motion) -> Vec<f64> {
 fn motion(content: &Content, numbers: &[f64]) -> Result<Motion, PhysicsError> {
     let (rule, from, given, carried) = request(numbers);
     let inputs = PLACES.inputs(&content.values, [0.0; 2], 0.0);
-    let model = setup::model(content.layout, &content.values, inputs)?;
+    let model = setup::model(content.layout, &content.values, inputs, UserCard::effect)?;
     let subject = Subject {
         given: given.then(|| PLACES.start(&content.values, &model, 0.0)),
         tolerance: content.values[PLACES.tolerance],

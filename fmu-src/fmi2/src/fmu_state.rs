@@ -8,7 +8,7 @@ use crate::instance::Content;
 use crate::lifecycle::{Interface, Phase};
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
-use beam_model_description::Layout;
+use beam_model_description::{Layout, UserCard};
 use beam_physics::hybrid::Hybrid;
 use beam_physics::simulate::Simulation;
 use beam_physics::simulate::snapshot::{Codec, Reader, Writer};
@@ -191,7 +191,7 @@ impl Content {
 /// A run with the model of `values`, to be filled.
 fn rebuilt(layout: &'static Layout, values: &[f64], experiment: &Experiment) -> Option<Simulation> {
     let inputs = PLACES.inputs(values, [0.0; 2], experiment.start);
-    let model = setup::model(layout, values, inputs).ok()?;
+    let model = setup::model(layout, values, inputs, UserCard::effect).ok()?;
     let start = PLACES.start(values, &model, experiment.start);
     Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()
 }

@@ -5,7 +5,8 @@ use crate::lifecycle::{Interface, Phase};
 use crate::resource::Starts;
 use crate::setup::{self, PLACES};
 use crate::status::{Fault, Status};
-use beam_model_description::Layout;
+use crate::tangent::Room;
+use beam_model_description::{Layout, UserCard};
 use beam_physics::error::PhysicsError;
 use beam_physics::hybrid::Hybrid;
 use beam_physics::simulate::Simulation;
@@ -49,6 +50,8 @@ pub struct Instance {
     pub starts: Starts,
     /// What changes.
     pub content: Content,
+    /// Where motions with derivatives are followed.
+    pub tangents: Room,
 }
 
 impl Instance {
@@ -56,7 +59,11 @@ impl Instance {
     pub fn new(starts: Starts, interface: Interface) -> Self {
         let mut content = Content::blank(starts.layout, interface);
         content.values.copy_from_slice(&starts.values);
-        Self { starts, content }
+        Self {
+            starts,
+            content,
+            tangents: Room::default(),
+        }
     }
 
     /// `fmi2ExitInitializationMode`.
@@ -173,7 +180,7 @@ impl Content {
             }
             _ => {
                 self.run = None;
-                let model = setup::model(self.layout, &self.values, inputs)?;
+                let model = setup::model(self.layout, &self.values, inputs, UserCard::effect)?;
                 let start = places.start(&self.values, &model, time);
                 self.run = Some(Simulation::from_model(model, inputs, &start, tolerance)?);
                 self.built.clone_from(&self.values);

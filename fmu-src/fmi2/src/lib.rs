@@ -7,6 +7,8 @@
 #![warn(unsafe_op_in_unsafe_fn)]
 #![warn(clippy::undocumented_unsafe_blocks)]
 
+use beam_physics as physics;
+
 mod beam;
 mod directional;
 mod drive;
@@ -15,6 +17,7 @@ mod experiment;
 pub mod exports;
 pub mod exports_exchange;
 pub mod exports_sweep;
+pub mod exports_tangent;
 mod fmu_state;
 mod guard;
 mod instance;
@@ -26,6 +29,7 @@ mod setup;
 mod slave;
 mod states;
 pub mod status;
+mod tangent;
 mod tunable;
 pub mod types;
 mod values;
@@ -33,3 +37,4 @@ mod values;
 pub use exports::*;
 pub use exports_exchange::*;
 pub use exports_sweep::*;
+pub use exports_tangent::*;

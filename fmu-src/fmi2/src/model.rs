@@ -4,6 +4,7 @@ use crate::experiment::Experiment;
 use crate::instance::Content;
 use crate::lifecycle::{Function, Interface, Phase};
 use crate::status::{Fault, Status};
+use crate::tangent::{Answer, Request};
 use crate::types::EventInfo;
 use crate::values::Access;
 use std::any::Any;
@@ -65,6 +66,14 @@ pub trait Model {
     /// What parameter studies evaluate, where the model is one that they are made for.
     fn content(&self) -> Option<&Content> {
         None
+    }
+
+    /// A motion with its derivatives, where the model offers that.
+    fn tangents(&mut self, _request: &Request, _answer: Answer) -> Result<(), Fault> {
+        Err(Fault::Unsupported {
+            function: Function::SetReal,
+            what: "a motion with its derivatives".into(),
+        })
     }
 
     /// A copy of the state, in the memory of `old` where that is one of this model's.

@@ -1,15 +1,19 @@
 //! From the values of the variables to a run of the physics.
+//!
+//! Compiled twice: for `physics` with plain numbers and, in [`crate::tangent`], with numbers that carry derivatives.
 
-use beam_model_description::{Layout, ModeItem, Quantity, variables};
-use beam_physics::beam::{Beam, MAX_MODES, ModalOscillator};
-use beam_physics::belt::Inputs;
-use beam_physics::effects::CATALOGUE;
-use beam_physics::error::PhysicsError;
-use beam_physics::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
-use beam_physics::integrate::MAX_STATES;
-use beam_physics::model::Model;
-use beam_physics::parameters::ModelParameters;
-use beam_physics::simulate::{Start, StartContact};
+use super::physics::beam::{Beam, MAX_MODES, ModalOscillator};
+use super::physics::belt::Inputs;
+use super::physics::effects::CATALOGUE;
+use super::physics::effects::user_expression::UserEffect;
+use super::physics::error::PhysicsError;
+use super::physics::friction::{Exponential, FrictionLaw, MAX_TABLE, Table};
+use super::physics::integrate::MAX_STATES;
+use super::physics::model::Model;
+use super::physics::parameters::ModelParameters;
+use super::physics::real::{Real, ZERO, value};
+use super::physics::simulate::{Start, StartContact};
+use beam_model_description::{Layout, ModeItem, Quantity, UserCard, variables};
 use std::sync::LazyLock;
 
 /// Where the quantities that a start needs lie in the table, looked up once.
@@ -98,12 +102,20 @@ fn builds_the_model(quantity: Quantity) -> bool {
 impl Places {
     /// Whether both sets of values lead to the same model.
     pub fn same_model(&self, a: &[f64], b: &[f64]) -> bool {
+        if a.len() != b.len() {
+            return false;
+        }
         let same = |i: usize| a[i].to_bits() == b[i].to_bits();
         self.model.iter().all(|&i| same(i)) && (self.user..a.len()).all(same)
     }
 
+    /// Whether the model is built from the variable with this index.
+    pub fn is_of_model(&self, index: usize) -> bool {
+        index >= self.user || self.model.binary_search(&index).is_ok()
+    }
+
     /// The inputs of `values` with rates per second, from `since` in s on.
-    pub fn inputs(&self, values: &[f64], rates: [f64; 2], since: f64) -> Inputs {
+    pub fn inputs(&self, values: &[Real], rates: [Real; 2], since: Real) -> Inputs {
         Inputs {
             since,
             belt_velocity: values[self.belt_velocity],
@@ -114,9 +126,9 @@ impl Places {
     }
 
     /// The start of a run at `time` in s.
-    pub fn start(&self, values: &[f64], model: &Model, time: f64) -> Start {
-        let mut state = [0.0; MAX_STATES];
-        for j in 0..values[self.mode_count] as usize {
+    pub fn start(&self, values: &[Real], model: &Model, time: Real) -> Start {
+        let mut state = [ZERO; MAX_STATES];
+        for j in 0..value(values[self.mode_count]) as usize {
             state[2 * j] = values[self.q[j]];
             state[2 * j + 1] = values[self.q_dot[j]];
         }
@@ -130,7 +142,7 @@ impl Places {
         Start {
             time,
             state,
-            contact: match values[self.start_contact] as i32 {
+            contact: match value(values[self.start_contact]) as i32 {
                 1 => StartContact::Stick,
                 2 => StartContact::Slip,
                 _ => StartContact::Automatic,
@@ -142,70 +154,73 @@ impl Places {
     }
 }
 
-/// Builds the model from `values` in the order of `layout`.
+/// Builds the model from `values` in the order of `layout`; `user` makes an effect from a card and its values.
 ///
 /// # Errors
 /// Parameters outside the range in which the equations hold.
 pub fn model(
     layout: &'static Layout,
-    values: &[f64],
+    values: &[Real],
     inputs: Inputs,
+    user: impl Fn(&UserCard, &[Real]) -> Option<UserEffect>,
 ) -> Result<Model, PhysicsError> {
     let mut parameters = parameters(values)?;
     let mut own = &values[PLACES.user..];
     for effect in layout.effects() {
         let (mine, rest) = own.split_at(effect.parameters.len());
-        parameters.user_effects.extend(effect.effect(mine));
+        parameters.user_effects.extend(user(effect, mine));
         own = rest;
     }
     Model::new(&parameters, inputs)
 }
 
 /// The physics' parameters from `values`, without users' effects.
-fn parameters(values: &[f64]) -> Result<ModelParameters, PhysicsError> {
+fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
     let mut out = ModelParameters::default();
     let mut modes = [ModalOscillator {
-        frequency: 0.0,
-        damping_ratio: 0.0,
-        mass: 0.0,
-        tip_value: 0.0,
+        frequency: ZERO,
+        damping_ratio: ZERO,
+        mass: ZERO,
+        tip_value: ZERO,
     }; MAX_MODES];
     let mut mode_count = 0;
     let mut law = 1;
     let mut eq7 = Exponential::default();
-    let (mut mu_s, mut mu_k) = (0.0, 0.0);
-    let (mut velocity, mut exponent, mut viscous) = (0.0, 0.0, 0.0);
+    let (mut mu_s, mut mu_k) = (ZERO, ZERO);
+    let (mut velocity, mut exponent, mut viscous) = (ZERO, ZERO, ZERO);
     let mut rows = 0;
-    let mut speeds = [0.0; MAX_TABLE];
-    let mut coefficients = [0.0; MAX_TABLE];
+    let mut speeds = [ZERO; MAX_TABLE];
+    let mut coefficients = [ZERO; MAX_TABLE];
     for &index in &PLACES.model {
-        let value = values[index];
+        let quantity = values[index];
         match variables()[index].quantity {
-            Quantity::ModeCount => mode_count = value as usize,
+            Quantity::ModeCount => mode_count = value(quantity) as usize,
             Quantity::Mode(j, item) => match item {
-                ModeItem::Frequency => modes[j].frequency = value,
-                ModeItem::DampingRatio => modes[j].damping_ratio = value,
-                ModeItem::Mass => modes[j].mass = value,
-                ModeItem::TipValue => modes[j].tip_value = value,
+                ModeItem::Frequency => modes[j].frequency = quantity,
+                ModeItem::DampingRatio => modes[j].damping_ratio = quantity,
+                ModeItem::Mass => modes[j].mass = quantity,
+                ModeItem::TipValue => modes[j].tip_value = quantity,
                 ModeItem::Displacement | ModeItem::Velocity => {}
             },
-            Quantity::FrictionLaw => law = value as i32,
-            Quantity::Mu0 => eq7.mu_0 = value,
-            Quantity::A1 => eq7.a1 = value,
-            Quantity::V1 => eq7.v1 = value,
-            Quantity::A2 => eq7.a2 = value,
-            Quantity::C2 => eq7.c2 = value,
-            Quantity::MuS => mu_s = value,
-            Quantity::MuK => mu_k = value,
-            Quantity::StribeckVelocity => velocity = value,
-            Quantity::StribeckExponent => exponent = value,
-            Quantity::Viscous => viscous = value,
-            Quantity::TableCount => rows = value as usize,
-            Quantity::TableVelocity(row) => speeds[row] = value,
-            Quantity::TableCoefficient(row) => coefficients[row] = value,
-            Quantity::FrictionLevel => out.friction_level = value,
-            Quantity::SensorOffset => out.sensor_offset = value,
-            Quantity::EffectParameter(card, parameter) => out.effects.set(card, parameter, value),
+            Quantity::FrictionLaw => law = value(quantity) as i32,
+            Quantity::Mu0 => eq7.mu_0 = quantity,
+            Quantity::A1 => eq7.a1 = quantity,
+            Quantity::V1 => eq7.v1 = quantity,
+            Quantity::A2 => eq7.a2 = quantity,
+            Quantity::C2 => eq7.c2 = quantity,
+            Quantity::MuS => mu_s = quantity,
+            Quantity::MuK => mu_k = quantity,
+            Quantity::StribeckVelocity => velocity = quantity,
+            Quantity::StribeckExponent => exponent = quantity,
+            Quantity::Viscous => viscous = quantity,
+            Quantity::TableCount => rows = value(quantity) as usize,
+            Quantity::TableVelocity(row) => speeds[row] = quantity,
+            Quantity::TableCoefficient(row) => coefficients[row] = quantity,
+            Quantity::FrictionLevel => out.friction_level = quantity,
+            Quantity::SensorOffset => out.sensor_offset = quantity,
+            Quantity::EffectParameter(card, parameter) => {
+                out.effects.set(card, parameter, quantity)
+            }
             _ => {}
         }
     }

@@ -158,6 +158,14 @@ pub enum Fault {
         /// Why.
         cause: PhysicsError,
     },
+    /// A motion can't be followed with its derivatives.
+    #[error("can't be followed with derivatives from t = {time} s: {cause}")]
+    NotFollowed {
+        /// Start of the motion in s.
+        time: f64,
+        /// Why.
+        cause: beam_tangent::error::PhysicsError,
+    },
     /// An array of the wrong length.
     #[error(
         "{function}: {argument} = {count}, but this FMU has {expected}; use that of modelDescription.xml"
@@ -188,7 +196,8 @@ impl Fault {
                 cause: PhysicsError::Stalled { .. },
                 ..
             }
-            | Self::NotEvaluable { .. } => Status::Discard,
+            | Self::NotEvaluable { .. }
+            | Self::NotFollowed { .. } => Status::Discard,
             Self::Panic { .. } => Status::Fatal,
             _ => Status::Error,
         }

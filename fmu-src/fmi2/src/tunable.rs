@@ -3,6 +3,7 @@
 
 use crate::instance::Content;
 use crate::setup::{self, PLACES};
+use beam_model_description::UserCard;
 use beam_physics::error::PhysicsError;
 
 impl Content {
@@ -21,13 +22,18 @@ impl Content {
         }
         if let Some(hybrid) = &self.hybrid {
             let mut hybrid = hybrid.clone();
-            let model = setup::model(self.layout, &self.values, hybrid.model().inputs)?;
+            let model = setup::model(
+                self.layout,
+                &self.values,
+                hybrid.model().inputs,
+                UserCard::effect,
+            )?;
             let x = self.carried_over(hybrid.model(), hybrid.state(), &model);
             hybrid.set_model(model, x);
             self.hybrid = Some(hybrid);
         } else if let Some(run) = &self.run {
             let mut run = run.clone();
-            let model = setup::model(self.layout, &self.values, run.inputs())?;
+            let model = setup::model(self.layout, &self.values, run.inputs(), UserCard::effect)?;
             let x = self.carried_over(run.model(), &run.state(), &model);
             run.set_model(model, x)?;
             self.run = Some(run);

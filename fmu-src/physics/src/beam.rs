@@ -1,6 +1,7 @@
 //! The elastic structure in modal coordinates (Stelter 1992, eqs. 1-6).
 
 use crate::error::{PhysicsError, require};
+use crate::real::{Real, ZERO, real};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -11,18 +12,18 @@ pub const MAX_MODES: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModalOscillator {
     /// Natural frequency f in Hz.
-    pub frequency: f64,
+    pub frequency: Real,
     /// Damping ratio D.
-    pub damping_ratio: f64,
+    pub damping_ratio: Real,
     /// Modal mass m in kg.
-    pub mass: f64,
+    pub mass: Real,
     /// Value of the mode shape at the tip, phi(1).
-    pub tip_value: f64,
+    pub tip_value: Real,
 }
 
 impl ModalOscillator {
     /// Natural angular frequency w = 2 pi f in rad/s.
-    pub fn angular_frequency(&self) -> f64 {
+    pub fn angular_frequency(&self) -> Real {
         2.0 * PI * self.frequency
     }
 }
@@ -41,15 +42,15 @@ pub struct Beam {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CantileverDimensions {
     /// Length l in m.
-    pub length: f64,
+    pub length: Real,
     /// Young's modulus E in N/m^2.
-    pub youngs_modulus: f64,
+    pub youngs_modulus: Real,
     /// Second moment of area I in m^4.
-    pub second_moment: f64,
+    pub second_moment: Real,
     /// Density rho in kg/m^3.
-    pub density: f64,
+    pub density: Real,
     /// Cross-section A in m^2.
-    pub area: f64,
+    pub area: Real,
 }
 
 impl Default for Beam {
@@ -114,8 +115,13 @@ impl Beam {
     /// # Panics
     /// With any other number of modes.
     pub fn nominal(count: usize) -> Self {
-        Self::from_frequencies(&[80.0, 510.0], &[0.000_15, 0.000_85], 0.427, count)
-            .expect("nominal data are valid")
+        Self::from_frequencies(
+            &[80.0, 510.0].map(real),
+            &[0.000_15, 0.000_85].map(real),
+            real(0.427),
+            count,
+        )
+        .expect("nominal data are valid")
     }
 
     /// A cantilever with the eigenfunctions of eq. (6): all modal masses are `mass` (= rho A l),
@@ -125,9 +131,9 @@ impl Beam {
     /// # Errors
     /// As [`Beam::new`]; at least one frequency must be given.
     pub fn from_frequencies(
-        frequencies: &[f64],
-        damping_ratios: &[f64],
-        mass: f64,
+        frequencies: &[Real],
+        damping_ratios: &[Real],
+        mass: Real,
         count: usize,
     ) -> Result<Self, PhysicsError> {
         if count == 0 || count > MAX_MODES || frequencies.is_empty() {
@@ -146,9 +152,9 @@ impl Beam {
                     .get(j)
                     .or(damping_ratios.last())
                     .copied()
-                    .unwrap_or(0.0),
+                    .unwrap_or(ZERO),
                 mass,
-                tip_value: if j % 2 == 0 { 2.0 } else { -2.0 },
+                tip_value: if j % 2 == 0 { real(2.0) } else { real(-2.0) },
             })
             .collect();
         Self::new(&modes)
@@ -161,7 +167,7 @@ impl Beam {
     /// As [`Beam::new`], and when a dimension is not positive.
     pub fn from_dimensions(
         dimensions: &CantileverDimensions,
-        damping_ratios: &[f64],
+        damping_ratios: &[Real],
         count: usize,
     ) -> Result<Self, PhysicsError> {
         let d = dimensions;
@@ -205,7 +211,7 @@ impl Beam {
     }
 
     /// Mobility of the tip, `sum_j phi_j^2 / m_j` in 1/kg: acceleration per unit tip force.
-    pub fn tip_mobility(&self) -> f64 {
+    pub fn tip_mobility(&self) -> Real {
         self.modes()
             .iter()
             .map(|m| m.tip_value * m.tip_value / m.mass)
@@ -232,10 +238,10 @@ pub fn eigenvalue(j: usize) -> f64 {
 ///
 /// Effects that need integrals of the mode shapes use it, so that neither sign nor norm of the modes
 /// given changes the motion.
-pub fn cantilever_scale(j: usize, tip_value: f64) -> f64 {
+pub fn cantilever_scale(j: usize, tip_value: Real) -> Real {
     let reference = if j.is_multiple_of(2) { 2.0 } else { -2.0 };
     if tip_value == 0.0 {
-        1.0
+        real(1.0)
     } else {
         tip_value / reference
     }
@@ -289,7 +295,7 @@ pub fn mode_integrals() -> &'static ModeIntegrals {
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

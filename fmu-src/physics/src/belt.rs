@@ -1,50 +1,51 @@
 //! What drives the system from outside: the belt's velocity and the normal force.
 
 use crate::error::{PhysicsError, require};
+use crate::real::{Real, ZERO};
 
 /// Inputs as linear functions of time from `since` on: `v0(t) = belt_velocity + rate (t - since)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
     /// Time in s from which on the inputs hold.
-    pub since: f64,
+    pub since: Real,
     /// Velocity v0 of the belt in m/s at `since`; zero and negative values are allowed.
-    pub belt_velocity: f64,
+    pub belt_velocity: Real,
     /// Its rate in m/s^2.
-    pub belt_acceleration: f64,
+    pub belt_acceleration: Real,
     /// Normal force F_N in N at `since`, not negative.
-    pub normal_force: f64,
+    pub normal_force: Real,
     /// Its rate in N/s.
-    pub normal_force_rate: f64,
+    pub normal_force_rate: Real,
 }
 
 impl Inputs {
     /// Constant belt velocity in m/s and normal force in N.
-    pub fn constant(belt_velocity: f64, normal_force: f64) -> Self {
+    pub fn constant(belt_velocity: Real, normal_force: Real) -> Self {
         Self {
-            since: 0.0,
+            since: ZERO,
             belt_velocity,
-            belt_acceleration: 0.0,
+            belt_acceleration: ZERO,
             normal_force,
-            normal_force_rate: 0.0,
+            normal_force_rate: ZERO,
         }
     }
 
     /// Belt velocity v0(t) in m/s.
     #[inline]
-    pub fn belt_velocity_at(&self, t: f64) -> f64 {
+    pub fn belt_velocity_at(&self, t: Real) -> Real {
         self.belt_velocity + self.belt_acceleration * (t - self.since)
     }
 
     /// Distance in m that the belt has run since `since`.
     #[inline]
-    pub fn belt_distance_at(&self, t: f64) -> f64 {
+    pub fn belt_distance_at(&self, t: Real) -> Real {
         let dt = t - self.since;
         dt * (self.belt_velocity + 0.5 * self.belt_acceleration * dt)
     }
 
     /// Normal force F_N(t) in N; a ramp that would lift the contact off stays at zero.
     #[inline]
-    pub fn normal_force_at(&self, t: f64) -> f64 {
+    pub fn normal_force_at(&self, t: Real) -> Real {
         (self.normal_force + self.normal_force_rate * (t - self.since)).max(0.0)
     }
 

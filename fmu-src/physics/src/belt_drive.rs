@@ -96,7 +96,7 @@ impl BeltDrive {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -1,5 +1,7 @@
 //! The contact of tip and belt: its mode and the transitions between modes.
 
+use crate::real::Real;
+
 /// Mode of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactMode {
@@ -23,8 +25,8 @@ impl ContactMode {
     }
 
     /// The slip mode of a relative velocity (or of the motion that it is about to take).
-    pub fn slip_towards(velocity: f64) -> Self {
-        if velocity < 0.0 {
+    pub fn slip_towards(velocity: impl Into<f64>) -> Self {
+        if velocity.into() < 0.0 {
             Self::Backward
         } else {
             Self::Forward
@@ -36,7 +38,7 @@ impl ContactMode {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// Time in s.
-    pub time: f64,
+    pub time: Real,
     /// Mode left.
     pub from: ContactMode,
     /// Mode entered.

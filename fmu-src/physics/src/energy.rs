@@ -3,6 +3,7 @@
 use crate::contact::ContactMode;
 use crate::integrate::{MAX_STATES, Segment};
 use crate::model::Model;
+use crate::real::{Real, ZERO};
 
 /// Energies in J.
 ///
@@ -12,13 +13,13 @@ use crate::model::Model;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
     /// Kinetic and potential energy of the structure.
-    pub stored: f64,
+    pub stored: Real,
     /// Work of the friction force on the moving belt's side, `integral F v_belt dt`.
-    pub belt_work: f64,
+    pub belt_work: Real,
     /// Heat in the contact, `- integral F v_r dt`.
-    pub contact_dissipation: f64,
+    pub contact_dissipation: Real,
     /// Heat in the structure, `integral sum 2 D_j w_j m_j q_j'^2 dt`.
-    pub structural_dissipation: f64,
+    pub structural_dissipation: Real,
 }
 
 /// Gauss-Legendre nodes and weights on [0, 1], 8 points (exact to degree 15).
@@ -35,10 +36,10 @@ const GAUSS: [(f64, f64); 8] = [
 
 impl Energy {
     /// Adds what flows during a segment up to time `until` in s.
-    pub fn add(&mut self, model: &Model, segment: &Segment, mode: ContactMode, until: f64) {
+    pub fn add(&mut self, model: &Model, segment: &Segment, mode: ContactMode, until: Real) {
         let span = until - segment.start;
-        let mut x = [0.0; MAX_STATES];
-        let mut rates = [0.0; MAX_STATES];
+        let mut x = [ZERO; MAX_STATES];
+        let mut rates = [ZERO; MAX_STATES];
         for (node, weight) in GAUSS {
             let t = segment.start + node * span;
             segment.state_at(segment.theta(t), &mut x);

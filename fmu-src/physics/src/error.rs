@@ -84,10 +84,11 @@ pub enum PhysicsError {
 pub(crate) fn require(
     ok: bool,
     name: &str,
-    value: f64,
+    value: impl Into<f64>,
     unit: &'static str,
     required: &'static str,
 ) -> Result<(), PhysicsError> {
+    let value = value.into();
     if ok && value.is_finite() {
         Ok(())
     } else {

@@ -3,6 +3,7 @@
 pub mod series;
 
 use crate::error::{PhysicsError, require};
+use crate::real::{Real, ZERO, real, value};
 
 /// Most rows of a tabulated law.
 pub const MAX_TABLE: usize = 32;
@@ -26,22 +27,22 @@ pub enum FrictionLaw {
     /// Constant kinetic coefficient below a static one (Coulomb).
     Coulomb {
         /// Static coefficient mu_s.
-        mu_s: f64,
+        mu_s: Real,
         /// Kinetic coefficient mu_k.
-        mu_k: f64,
+        mu_k: Real,
     },
     /// `mu = mu_k + (mu_s - mu_k) exp(-(v/v_s)^delta) + c v` (Stribeck curve; Armstrong-Helouvry 1991).
     Stribeck {
         /// Static coefficient mu_s.
-        mu_s: f64,
+        mu_s: Real,
         /// Kinetic coefficient mu_k.
-        mu_k: f64,
+        mu_k: Real,
         /// Stribeck velocity v_s in m/s.
-        velocity: f64,
+        velocity: Real,
         /// Exponent delta.
-        exponent: f64,
+        exponent: Real,
         /// Viscous coefficient c in s/m.
-        viscous: f64,
+        viscous: Real,
     },
     /// Given points, joined by monotone cubics.
     Table(Table),
@@ -51,26 +52,26 @@ pub enum FrictionLaw {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exponential {
     /// Static coefficient mu_0.
-    pub mu_0: f64,
+    pub mu_0: Real,
     /// Share a1 that falls fast.
-    pub a1: f64,
+    pub a1: Real,
     /// Velocity v1 in m/s over which it falls.
-    pub v1: f64,
+    pub v1: Real,
     /// Share a2 that falls slowly.
-    pub a2: f64,
+    pub a2: Real,
     /// Its rate c2 in s/m.
-    pub c2: f64,
+    pub c2: Real,
 }
 
 impl Default for Exponential {
     /// Stelter 1992, eq. (7).
     fn default() -> Self {
         Self {
-            mu_0: 0.66,
-            a1: 0.5,
-            v1: 0.02,
-            a2: 0.5,
-            c2: 0.25,
+            mu_0: real(0.66),
+            a1: real(0.5),
+            v1: real(0.02),
+            a2: real(0.5),
+            c2: real(0.25),
         }
     }
 }
@@ -80,9 +81,9 @@ impl Default for Exponential {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Table {
     count: usize,
-    velocity: [f64; MAX_TABLE],
-    coefficient: [f64; MAX_TABLE],
-    slope: [f64; MAX_TABLE],
+    velocity: [Real; MAX_TABLE],
+    coefficient: [Real; MAX_TABLE],
+    slope: [Real; MAX_TABLE],
 }
 
 impl Table {
@@ -91,7 +92,7 @@ impl Table {
     /// # Errors
     /// Fewer than 2 or more than [`MAX_TABLE`] rows, velocities that do not rise or start below zero,
     /// coefficients that are negative or not numbers (a hole in the table).
-    pub fn new(velocity: &[f64], coefficient: &[f64]) -> Result<Self, PhysicsError> {
+    pub fn new(velocity: &[Real], coefficient: &[Real]) -> Result<Self, PhysicsError> {
         let count = velocity.len();
         let wrong = |row: usize, problem: String| Err(PhysicsError::Table { row, problem });
         if !(2..=MAX_TABLE).contains(&count) || coefficient.len() != count {
@@ -108,18 +109,24 @@ impl Table {
             if !v.is_finite() || v < 0.0 || (i > 0 && v <= velocity[i - 1]) {
                 return wrong(
                     i + 1,
-                    format!("velocity {v} m/s does not rise from the row before"),
+                    format!(
+                        "velocity {} m/s does not rise from the row before",
+                        value(v)
+                    ),
                 );
             }
             if !mu.is_finite() || mu < 0.0 {
-                return wrong(i + 1, format!("coefficient {mu} at {v} m/s"));
+                return wrong(
+                    i + 1,
+                    format!("coefficient {} at {} m/s", value(mu), value(v)),
+                );
             }
         }
         let mut table = Self {
             count,
-            velocity: [0.0; MAX_TABLE],
-            coefficient: [0.0; MAX_TABLE],
-            slope: [0.0; MAX_TABLE],
+            velocity: [ZERO; MAX_TABLE],
+            coefficient: [ZERO; MAX_TABLE],
+            slope: [ZERO; MAX_TABLE],
         };
         table.velocity[..count].copy_from_slice(velocity);
         table.coefficient[..count].copy_from_slice(coefficient);
@@ -130,7 +137,7 @@ impl Table {
         for i in 1..count - 1 {
             let (a, b) = (secant(i - 1), secant(i));
             table.slope[i] = if a * b <= 0.0 {
-                0.0
+                ZERO
             } else {
                 2.0 * a * b / (a + b)
             };
@@ -139,7 +146,7 @@ impl Table {
     }
 
     /// Coefficient at speed `v` in m/s; constant outside the table.
-    fn coefficient(&self, v: f64) -> f64 {
+    fn coefficient(&self, v: Real) -> Real {
         let rows = &self.velocity[..self.count];
         let i = rows.partition_point(|&x| x <= v);
         if i == 0 {
@@ -168,7 +175,7 @@ impl FrictionLaw {
     /// Slightly negative `v` continues the law smoothly: the integrator needs this while it locates
     /// the instant at which the sliding velocity vanishes.
     #[inline]
-    pub fn coefficient(&self, v: f64) -> f64 {
+    pub fn coefficient(&self, v: Real) -> Real {
         match self {
             Self::Stelter(p) => {
                 // Beyond -v1 the continuation stays constant, so that a rejected step can't overflow.
@@ -178,7 +185,7 @@ impl FrictionLaw {
                     * (1.0 - p.a2 + p.a2 * (-p.c2 * v).exp())
             }
             Self::StelterAsPrinted(p) => {
-                let fast = if v > 0.0 { (-p.v1 / v).exp() } else { 0.0 };
+                let fast = if v > 0.0 { (-p.v1 / v).exp() } else { ZERO };
                 p.mu_0
                     * (1.0 - p.a1 + p.a1 * fast)
                     * (1.0 - p.a2 + p.a2 * (-p.c2 * v.max(0.0)).exp())
@@ -199,10 +206,10 @@ impl FrictionLaw {
     }
 
     /// Static coefficient: the largest |F_c|/F_N that stick can carry.
-    pub fn static_coefficient(&self) -> f64 {
+    pub fn static_coefficient(&self) -> Real {
         match self {
             Self::Coulomb { mu_s, .. } | Self::Stribeck { mu_s, .. } => *mu_s,
-            other => other.coefficient(0.0),
+            other => other.coefficient(ZERO),
         }
     }
 
@@ -301,7 +308,7 @@ impl FrictionLaw {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

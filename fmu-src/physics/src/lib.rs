@@ -6,8 +6,9 @@
 
 pub mod beam;
 pub mod belt;
+#[cfg(not(feature = "tangent"))]
 pub mod belt_drive;
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod conformance;
 pub mod contact;
 pub mod effects;
@@ -15,16 +16,21 @@ pub mod energy;
 pub mod error;
 pub mod expression;
 pub mod friction;
+#[cfg(not(feature = "tangent"))]
 pub mod hybrid;
 pub mod integrate;
 pub mod model;
 pub mod parameters;
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod plain;
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod plain_comparison;
-#[cfg(test)]
+pub mod real;
+#[cfg(all(test, not(feature = "tangent")))]
 mod series_conformance;
 pub mod simulate;
+#[cfg(not(feature = "tangent"))]
 pub mod sweep;
+#[cfg(feature = "tangent")]
+pub mod tangent;
 pub mod unit;

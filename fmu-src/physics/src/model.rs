@@ -10,8 +10,9 @@ use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion,
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
 use crate::friction::series::ExponentialSum;
-use crate::integrate::{MAX_STATES, State};
+use crate::integrate::{MAX_STATES, Scales, State};
 use crate::parameters::ModelParameters;
+use crate::real::{Real, ZERO, real, value};
 use std::sync::Arc;
 
 /// An effect that is on, with the place of its states.
@@ -37,19 +38,19 @@ struct Enabled {
 #[derive(Clone)]
 pub struct Model {
     beam: Beam,
-    stiffness: [f64; MAX_MODES],
-    damping: [f64; MAX_MODES],
-    tip_value: [f64; MAX_MODES],
-    gain: [f64; MAX_MODES],
+    stiffness: [Real; MAX_MODES],
+    damping: [Real; MAX_MODES],
+    tip_value: [Real; MAX_MODES],
+    gain: [Real; MAX_MODES],
     mode_count: usize,
-    mobility: f64,
+    mobility: Real,
     /// States that add to the belt's motion, and what each adds per unit.
     give_rows: Arc<[(usize, BeltGive)]>,
     /// Mobility of the belt in 1/kg.
-    give_mobility: f64,
+    give_mobility: Real,
     friction: FrictionLaw,
     /// Slope in s/m of what effects add to the kinetic coefficient of friction.
-    friction_slope: f64,
+    friction_slope: Real,
     /// The law again, where slip can be expanded in power series.
     exponential_sum: Option<ExponentialSum>,
     /// Which effects take part in the series, and where.
@@ -58,9 +59,9 @@ pub struct Model {
     plain_slip: bool,
     /// Unit in s of the normalised time of power series.
     series_unit: f64,
-    level: f64,
-    static_coefficient: f64,
-    sensor_offset: f64,
+    level: Real,
+    static_coefficient: Real,
+    sensor_offset: Real,
     /// Immutable once built, so that copies of a model share them.
     effects: Arc<[Enabled]>,
     dimension: usize,
@@ -71,31 +72,31 @@ pub struct Model {
     /// Inputs that hold now.
     pub inputs: Inputs,
     /// Constant that makes the belt travel continuous, in m.
-    pub travel_offset: f64,
+    pub travel_offset: Real,
     /// Time in s at which the present stick began.
-    pub stick_since: f64,
+    pub stick_since: Real,
 }
 
 /// Zero for negative values; what is not a number stays so, to be noticed.
-fn not_negative(value: f64) -> f64 {
-    if value < 0.0 { 0.0 } else { value }
+fn not_negative(value: Real) -> Real {
+    if value < 0.0 { ZERO } else { value }
 }
 
 /// What each state adds to the belt's motion per unit, for those that add something, and the belt's mobility in 1/kg.
-fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, f64) {
-    let (mut rows, mut mobility) = (Vec::new(), 0.0);
+fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, Real) {
+    let (mut rows, mut mobility) = (Vec::new(), ZERO);
     for e in effects.iter() {
-        let mut x = [0.0; MAX_STATES];
+        let mut x = [ZERO; MAX_STATES];
         let x = &mut x[..e.states.len()];
         let rest = e.effect.belt_give(x);
         mobility += rest.mobility;
         for i in 0..x.len() {
-            x[i] = 1.0;
+            x[i] = real(1.0);
             let row = BeltGive {
-                mobility: 0.0,
+                mobility: ZERO,
                 ..e.effect.belt_give(x)
             };
-            x[i] = 0.0;
+            x[i] = ZERO;
             if row != BeltGive::default() {
                 rows.push((e.first_state + i, row));
             }
@@ -198,10 +199,10 @@ impl Model {
             series::exponential_sum(&parameters.friction, &mut effects).unzip();
         let mut model = Self {
             beam,
-            stiffness: [0.0; MAX_MODES],
-            damping: [0.0; MAX_MODES],
-            tip_value: [0.0; MAX_MODES],
-            gain: [0.0; MAX_MODES],
+            stiffness: [ZERO; MAX_MODES],
+            damping: [ZERO; MAX_MODES],
+            tip_value: [ZERO; MAX_MODES],
+            gain: [ZERO; MAX_MODES],
             mode_count: beam.modes().len(),
             mobility: beam.tip_mobility(),
             give_rows: give_rows.into(),
@@ -224,8 +225,8 @@ impl Model {
             effects: effects.into(),
             dimension,
             inputs,
-            travel_offset: 0.0,
-            stick_since: 0.0,
+            travel_offset: ZERO,
+            stick_since: ZERO,
         };
         for (j, mode) in beam.modes().iter().enumerate() {
             let w = mode.angular_frequency();
@@ -281,8 +282,8 @@ impl Model {
 
     /// Tip displacement w in m and velocity w' in m/s.
     #[inline]
-    pub fn tip(&self, x: &State) -> (f64, f64) {
-        let (mut w, mut v) = (0.0, 0.0);
+    pub fn tip(&self, x: &State) -> (Real, Real) {
+        let (mut w, mut v) = (ZERO, ZERO);
         for j in 0..self.mode_count {
             w += self.tip_value[j] * x[2 * j];
             v += self.tip_value[j] * x[2 * j + 1];
@@ -290,7 +291,7 @@ impl Model {
         (w, v)
     }
 
-    fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [f64] {
+    fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [Real] {
         &x[enabled.first_state..enabled.first_state + enabled.states.len()]
     }
 
@@ -309,9 +310,9 @@ impl Model {
 
     /// Velocity in m/s that effects impose on the belt.
     #[inline]
-    pub fn belt_ripple(&self, t: f64) -> f64 {
+    pub fn belt_ripple(&self, t: Real) -> Real {
         if !self.has_ripple {
-            return 0.0;
+            return ZERO;
         }
         let ripple = |e: &Enabled| e.effect.belt_ripple(t, &self.inputs);
         self.effects.iter().map(ripple).sum()
@@ -324,17 +325,17 @@ impl Model {
 
     /// Its rate in m/s^2, by central differences of fourth order (error below 1e-9 of its amplitude up
     /// to 200 Hz).
-    fn belt_ripple_rate(&self, t: f64) -> f64 {
+    fn belt_ripple_rate(&self, t: Real) -> Real {
         const H: f64 = 1e-5;
         if !self.has_ripple {
-            return 0.0;
+            return ZERO;
         }
         let slope = |h: f64| (self.belt_ripple(t + h) - self.belt_ripple(t - h)) / (2.0 * h);
         (4.0 * slope(H) - slope(2.0 * H)) / 3.0
     }
 
     /// The first effect that can't be evaluated at this instant.
-    pub fn fault(&self, t: f64, x: &State, mode: ContactMode) -> Option<PhysicsError> {
+    pub fn fault(&self, t: Real, x: &State, mode: ContactMode) -> Option<PhysicsError> {
         if self.effects.is_empty() {
             return None;
         }
@@ -343,13 +344,17 @@ impl Model {
     }
 
     #[inline]
-    fn kinematics(&self, t: f64, x: &State, mode: ContactMode) -> Kinematics {
+    fn kinematics(&self, t: Real, x: &State, mode: ContactMode) -> Kinematics {
         let (displacement, velocity) = self.tip(x);
         let give = self.belt_give(x);
         let given_belt_velocity = self.inputs.belt_velocity_at(t);
         let belt_velocity = given_belt_velocity + self.belt_ripple(t) + give.velocity;
         let stuck = mode == ContactMode::Stuck;
-        let relative_velocity = if stuck { 0.0 } else { velocity - belt_velocity };
+        let relative_velocity = if stuck {
+            ZERO
+        } else {
+            velocity - belt_velocity
+        };
         Kinematics {
             motion: Motion {
                 time: t,
@@ -362,19 +367,19 @@ impl Model {
                 normal_force: self.inputs.normal_force_at(t),
                 travel: self.travel_offset + self.inputs.belt_distance_at(t) + give.displacement
                     - displacement,
-                dwell: if stuck { t - self.stick_since } else { 0.0 },
+                dwell: if stuck { t - self.stick_since } else { ZERO },
             },
             give,
         }
     }
 
     /// The motion at one instant.
-    pub fn motion(&self, t: f64, x: &State, mode: ContactMode) -> Motion {
+    pub fn motion(&self, t: Real, x: &State, mode: ContactMode) -> Motion {
         self.kinematics(t, x, mode).motion
     }
 
     /// Normal force after all effects, in N; contact can't pull.
-    fn effective_normal_force(&self, m: &Motion) -> f64 {
+    fn effective_normal_force(&self, m: &Motion) -> Real {
         let mut force = m.normal_force;
         for e in self.effects.iter() {
             force *= e.effect.normal_factor(m);
@@ -382,7 +387,7 @@ impl Model {
         not_negative(force)
     }
 
-    fn friction_factor(&self, m: &Motion) -> f64 {
+    fn friction_factor(&self, m: &Motion) -> Real {
         let mut factor = self.level;
         for e in self.effects.iter() {
             factor *= e.effect.friction_factor(m);
@@ -391,7 +396,7 @@ impl Model {
     }
 
     /// Friction capacity mu(|v_r|) F_N in N while sliding.
-    fn capacity(&self, m: &Motion, x: &State) -> f64 {
+    fn capacity(&self, m: &Motion, x: &State) -> Real {
         let speed = self
             .effects
             .iter()
@@ -402,7 +407,7 @@ impl Model {
     }
 
     /// Largest friction force in N that stick can carry.
-    pub fn static_limit(&self, t: f64, x: &State) -> f64 {
+    pub fn static_limit(&self, t: Real, x: &State) -> Real {
         if self.effects.is_empty() {
             return self.static_coefficient * self.level * self.inputs.normal_force_at(t);
         }
@@ -416,8 +421,13 @@ impl Model {
 
     /// Modal accelerations without the friction force; returns the tip's acceleration under them.
     #[inline]
-    fn free_acceleration(&self, m: &Motion, x: &State, acceleration: &mut [f64; MAX_MODES]) -> f64 {
-        let mut force = 0.0;
+    fn free_acceleration(
+        &self,
+        m: &Motion,
+        x: &State,
+        acceleration: &mut [Real; MAX_MODES],
+    ) -> Real {
+        let mut force = ZERO;
         for e in self.effects.iter() {
             force += e.effect.tip_force(m);
         }
@@ -427,7 +437,7 @@ impl Model {
                 - self.stiffness[j] * x[2 * j];
         }
         if !self.effects.is_empty() {
-            let mut q = [0.0; MAX_MODES];
+            let mut q = [ZERO; MAX_MODES];
             for j in 0..self.mode_count {
                 q[j] = x[2 * j];
             }
@@ -447,29 +457,29 @@ impl Model {
     /// Force that keeps v_r = 0, from `w'' = v_belt'`:
     /// `F_c = (v0' + x''_free - w''_free) / (sum phi_j^2/m_j + belt mobility)` in N.
     #[inline]
-    fn constraint_force_from(&self, t: f64, free: f64, give: &BeltGive) -> f64 {
+    fn constraint_force_from(&self, t: Real, free: Real, give: &BeltGive) -> Real {
         let imposed = self.inputs.belt_acceleration + self.belt_ripple_rate(t);
         (imposed + give.free_acceleration - free) / (self.mobility + give.mobility)
     }
 
     /// Constraint force F_c in N that would keep the contact sticking.
-    pub fn constraint_force(&self, t: f64, x: &State) -> f64 {
+    pub fn constraint_force(&self, t: Real, x: &State) -> Real {
         let k = self.kinematics(t, x, ContactMode::Stuck);
-        let free = self.free_acceleration(&k.motion, x, &mut [0.0; MAX_MODES]);
+        let free = self.free_acceleration(&k.motion, x, &mut [ZERO; MAX_MODES]);
         self.constraint_force_from(k.motion.time, free, &k.give)
     }
 
     fn contact_from(
         &self,
         k: &Kinematics,
-        free: f64,
+        free: Real,
         x: &State,
         mode: ContactMode,
     ) -> ContactForce {
         if mode == ContactMode::Stuck {
             return ContactForce {
                 force: self.constraint_force_from(k.motion.time, free, &k.give),
-                capacity: 0.0,
+                capacity: ZERO,
                 stuck: true,
             };
         }
@@ -493,14 +503,14 @@ impl Model {
     }
 
     /// Whether v_r is zero to rounding.
-    pub fn is_at_rest(&self, t: f64, x: &State) -> bool {
+    pub fn is_at_rest(&self, t: Real, x: &State) -> bool {
         let (_, velocity) = self.tip(x);
         let belt = self.inputs.belt_velocity_at(t);
         self.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
     }
 
     /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
-    pub fn mode_at_rest(&self, t: f64, x: &State) -> ContactMode {
+    pub fn mode_at_rest(&self, t: Real, x: &State) -> ContactMode {
         let force = self.constraint_force(t, x);
         if force.abs() <= self.static_limit(t, x) {
             ContactMode::Stuck
@@ -512,7 +522,7 @@ impl Model {
     /// Rates of all states in a mode. In slip, `mode` fixes the sign of friction even where the
     /// integrator looks slightly beyond v_r = 0.
     #[inline]
-    pub fn rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
+    pub fn rates(&self, t: Real, x: &State, mode: ContactMode, rates: &mut State) {
         if self.effects.is_empty() {
             self.base_rates(t, x, mode, rates);
         } else {
@@ -522,9 +532,9 @@ impl Model {
 
     /// Rates of the reference model alone: the same operations as in `evaluate`, without the hooks.
     #[inline]
-    fn base_rates(&self, t: f64, x: &State, mode: ContactMode, rates: &mut State) {
-        let (mut velocity, mut free) = (0.0, 0.0);
-        let mut acceleration = [0.0; MAX_MODES];
+    fn base_rates(&self, t: Real, x: &State, mode: ContactMode, rates: &mut State) {
+        let (mut velocity, mut free) = (ZERO, ZERO);
+        let mut acceleration = [ZERO; MAX_MODES];
         for j in 0..self.mode_count {
             velocity += self.tip_value[j] * x[2 * j + 1];
             acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
@@ -546,13 +556,13 @@ impl Model {
     /// Rates, and the friction force on the tip in N.
     pub fn evaluate(
         &self,
-        t: f64,
+        t: Real,
         x: &State,
         mode: ContactMode,
         rates: &mut State,
     ) -> ContactForce {
         let k = self.kinematics(t, x, mode);
-        let mut acceleration = [0.0; MAX_MODES];
+        let mut acceleration = [ZERO; MAX_MODES];
         let free = self.free_acceleration(&k.motion, x, &mut acceleration);
         let contact = self.contact_from(&k, free, x, mode);
         for j in 0..self.mode_count {
@@ -561,7 +571,7 @@ impl Model {
         }
         for e in self.effects.iter().filter(|e| !e.is_mode) {
             let range = e.first_state..e.first_state + e.states.len();
-            rates[range.clone()].fill(0.0);
+            rates[range.clone()].fill(ZERO);
             e.effect
                 .add_rates(&k.motion, &contact, &x[range.clone()], &mut rates[range]);
         }
@@ -570,13 +580,13 @@ impl Model {
 
     /// Removes the relative velocity so that the contact can stick: each mode takes its share
     /// `(phi_j/m_j) / sum(phi^2/m)`, as an impulse at the tip would do.
-    pub fn project_on_stick(&self, t: f64, x: &mut State) {
+    pub fn project_on_stick(&self, t: Real, x: &mut State) {
         self.push(-self.relative_velocity(t, x), x);
     }
 
     /// Changes the tip's velocity by `change` in m/s as an impulse at the tip would do: each mode takes
     /// its share `(phi_j/m_j) / sum(phi^2/m)`.
-    pub fn push(&self, change: f64, x: &mut State) {
+    pub fn push(&self, change: Real, x: &mut State) {
         for j in 0..self.mode_count {
             x[2 * j + 1] += change * self.gain[j] / self.mobility;
         }
@@ -599,9 +609,9 @@ impl Model {
     }
 
     /// Adds to the effects' states the values that are in equilibrium with the start motion.
-    pub fn settle(&self, t: f64, x: &mut State, mode: ContactMode) {
+    pub fn settle(&self, t: Real, x: &mut State, mode: ContactMode) {
         let k = self.kinematics(t, x, mode);
-        let free = self.free_acceleration(&k.motion, x, &mut [0.0; MAX_MODES]);
+        let free = self.free_acceleration(&k.motion, x, &mut [ZERO; MAX_MODES]);
         let contact = if self.has_memory {
             // The bristle's own force is what is sought: take the constraint force within capacity.
             let capacity = self.capacity(&k.motion, x);
@@ -630,7 +640,7 @@ impl Model {
     }
 
     /// Displacement in m as the sensor gives it.
-    pub fn measured_displacement(&self, x: &State) -> f64 {
+    pub fn measured_displacement(&self, x: &State) -> Real {
         let (w, _) = self.tip(x);
         self.effects
             .iter()
@@ -641,7 +651,7 @@ impl Model {
 
     /// Relative velocity v_r in m/s from the state alone.
     #[inline]
-    pub fn relative_velocity(&self, t: f64, x: &State) -> f64 {
+    pub fn relative_velocity(&self, t: Real, x: &State) -> Real {
         let (_, velocity) = self.tip(x);
         let give = self.belt_give(x).velocity;
         velocity - self.inputs.belt_velocity_at(t) - self.belt_ripple(t) - give
@@ -649,7 +659,7 @@ impl Model {
 
     /// Relative acceleration v_r' in m/s^2 from the rates alone.
     #[inline]
-    pub fn relative_acceleration(&self, t: f64, rates: &State) -> f64 {
+    pub fn relative_acceleration(&self, t: Real, rates: &State) -> Real {
         // v_r is linear in the state, so its slope is the same functional of the rates.
         self.relative_velocity(t, rates) + self.inputs.belt_velocity_at(t) + self.belt_ripple(t)
             - self.inputs.belt_acceleration
@@ -657,14 +667,14 @@ impl Model {
     }
 
     /// Magnitudes below which errors of the states do not matter, for the integrator's error norm.
-    pub fn state_scales(&self) -> State {
+    pub fn state_scales(&self) -> Scales {
         let mut scales = [1e-9; MAX_STATES];
         let force = (self.static_coefficient * self.level * self.inputs.normal_force).max(1e-3);
         for j in 0..self.mode_count {
             let w = self.stiffness[j].sqrt();
             let deflection = (self.gain[j] * force / self.stiffness[j]).abs().max(1e-12);
-            scales[2 * j] = deflection;
-            scales[2 * j + 1] = deflection * w;
+            scales[2 * j] = value(deflection);
+            scales[2 * j + 1] = value(deflection * w);
         }
         for e in self.effects.iter().filter(|e| !e.is_mode) {
             for (i, state) in e.states.iter().enumerate() {
@@ -678,14 +688,14 @@ impl Model {
     pub fn highest_frequency(&self) -> f64 {
         let highest = self.stiffness[..self.mode_count]
             .iter()
-            .fold(0.0, |a: f64, k| a.max(*k));
+            .fold(0.0, |a: f64, k| a.max(value(*k)));
         self.effects
             .iter()
             .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()))
     }
 
     /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.
-    pub fn stored_energy(&self, x: &State) -> f64 {
+    pub fn stored_energy(&self, x: &State) -> Real {
         self.beam
             .modes()
             .iter()
@@ -697,7 +707,7 @@ impl Model {
     }
 
     /// Power in W that structural damping takes: `sum 2 D_j w_j m_j q_j'^2`.
-    pub fn structural_dissipation(&self, x: &State) -> f64 {
+    pub fn structural_dissipation(&self, x: &State) -> Real {
         self.beam
             .modes()
             .iter()

@@ -5,6 +5,7 @@ use crate::effects::user_expression::UserEffect;
 use crate::effects::{CATALOGUE, find_parameter};
 use crate::error::PhysicsError;
 use crate::friction::FrictionLaw;
+use crate::real::{Real, ZERO, real};
 
 /// Parameters of a model: structure, friction and the effects' values.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,9 +15,9 @@ pub struct ModelParameters {
     /// The friction characteristic.
     pub friction: FrictionLaw,
     /// Factor on friction as a whole; 1 unless calibrated for one run.
-    pub friction_level: f64,
+    pub friction_level: Real,
     /// Offset of the displacement sensor in m.
-    pub sensor_offset: f64,
+    pub sensor_offset: Real,
     /// Values of the catalogue's parameters.
     pub effects: EffectValues,
     /// Effects that the user has written; all of them are on.
@@ -28,8 +29,8 @@ impl Default for ModelParameters {
         Self {
             beam: Beam::default(),
             friction: FrictionLaw::default(),
-            friction_level: 1.0,
-            sensor_offset: 0.0,
+            friction_level: real(1.0),
+            sensor_offset: ZERO,
             effects: EffectValues::default(),
             user_effects: Vec::new(),
         }
@@ -39,14 +40,14 @@ impl Default for ModelParameters {
 /// The values of all effects' parameters; at the start all effects are off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectValues {
-    values: Vec<f64>,
+    values: Vec<Real>,
 }
 
 impl Default for EffectValues {
     fn default() -> Self {
         let values = CATALOGUE
             .iter()
-            .flat_map(|card| card.parameters.iter().map(|p| p.start))
+            .flat_map(|card| card.parameters.iter().map(|p| real(p.start)))
             .collect();
         Self { values }
     }
@@ -58,13 +59,13 @@ impl EffectValues {
     }
 
     /// Values of the effect with index `card` in the catalogue, in the order of its card.
-    pub fn of(&self, card: usize) -> &[f64] {
+    pub fn of(&self, card: usize) -> &[Real] {
         let first = Self::first(card);
         &self.values[first..first + CATALOGUE[card].parameters.len()]
     }
 
     /// Sets one value by the indices of effect and parameter.
-    pub fn set(&mut self, card: usize, parameter: usize, value: f64) {
+    pub fn set(&mut self, card: usize, parameter: usize, value: Real) {
         self.values[Self::first(card) + parameter] = value;
     }
 
@@ -72,19 +73,19 @@ impl EffectValues {
     ///
     /// # Errors
     /// [`PhysicsError::UnknownParameter`].
-    pub fn set_named(&mut self, name: &str, value: f64) -> Result<(), PhysicsError> {
+    pub fn set_named(&mut self, name: &str, value: Real) -> Result<(), PhysicsError> {
         let (card, parameter) = find_parameter(name)?;
         self.set(card, parameter, value);
         Ok(())
     }
 
     /// All values, effect after effect in the catalogue's order.
-    pub fn as_slice(&self) -> &[f64] {
+    pub fn as_slice(&self) -> &[Real] {
         &self.values
     }
 
     /// All values, to be changed in place.
-    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+    pub fn as_mut_slice(&mut self) -> &mut [Real] {
         &mut self.values
     }
 }

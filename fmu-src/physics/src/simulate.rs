@@ -1,7 +1,10 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
 mod expanded;
+#[cfg(not(feature = "tangent"))]
 mod piece;
+mod sample;
+#[cfg(not(feature = "tangent"))]
 pub mod snapshot;
 mod stick;
 
@@ -12,11 +15,13 @@ use crate::energy::Energy;
 use crate::error::{PhysicsError, require};
 use crate::integrate::dop853::Dop853;
 use crate::integrate::roots::first_below_zero;
-use crate::integrate::{MAX_DEGREE, MAX_STATES, Segment, State, System};
+use crate::integrate::{MAX_DEGREE, MAX_STATES, Scales, Segment, State, System};
 use crate::model::Model;
 use crate::model::series::Workspace;
 use crate::parameters::ModelParameters;
+use crate::real::{Real, ZERO, real, root, value};
 use std::sync::Arc;
+#[cfg(not(feature = "tangent"))]
 pub(crate) use stick::DEPARTURE_VELOCITY;
 use stick::StickSystem;
 
@@ -46,15 +51,15 @@ pub enum StartContact {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     /// Start time in s.
-    pub time: f64,
+    pub time: Real,
     /// Start state in the order of [`Model`].
     pub state: State,
     /// Mode of the contact.
     pub contact: StartContact,
     /// Place on the belt where the tip stands, in m.
-    pub belt_travel: f64,
+    pub belt_travel: Real,
     /// Time in s for which the contact has stuck already.
-    pub dwell: f64,
+    pub dwell: Real,
     /// Whether equilibrium values are added to the effects' states.
     pub settled: bool,
 }
@@ -62,11 +67,11 @@ pub struct Start {
 impl Default for Start {
     fn default() -> Self {
         Self {
-            time: 0.0,
-            state: [0.0; MAX_STATES],
+            time: ZERO,
+            state: [ZERO; MAX_STATES],
             contact: StartContact::Automatic,
-            belt_travel: 0.0,
-            dwell: 0.0,
+            belt_travel: ZERO,
+            dwell: ZERO,
             settled: false,
         }
     }
@@ -76,29 +81,29 @@ impl Default for Start {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outputs {
     /// Tip displacement w in m.
-    pub displacement: f64,
+    pub displacement: Real,
     /// Tip velocity w' in m/s.
-    pub velocity: f64,
+    pub velocity: Real,
     /// Tip acceleration w'' in m/s^2.
-    pub acceleration: f64,
+    pub acceleration: Real,
     /// Friction force on the tip in N, positive along the belt's motion.
-    pub friction_force: f64,
+    pub friction_force: Real,
     /// Relative velocity v_r in m/s.
-    pub relative_velocity: f64,
+    pub relative_velocity: Real,
     /// Mode of the contact.
     pub mode: ContactMode,
     /// Displacement in m after the measuring chain.
-    pub measured_displacement: f64,
+    pub measured_displacement: Real,
     /// Place on the belt in m.
-    pub belt_travel: f64,
+    pub belt_travel: Real,
     /// Time since stick began in s.
-    pub dwell: f64,
+    pub dwell: Real,
 }
 
 impl Outputs {
     /// The observables of a state at time `t` in s.
-    pub fn of(model: &Model, t: f64, x: &State, mode: ContactMode) -> Self {
-        let mut rates = [0.0; MAX_STATES];
+    pub fn of(model: &Model, t: Real, x: &State, mode: ContactMode) -> Self {
+        let mut rates = [ZERO; MAX_STATES];
         let contact: ContactForce = model.evaluate(t, x, mode, &mut rates);
         let motion = model.motion(t, x, mode);
         let (_, acceleration) = model.tip(&rates);
@@ -145,7 +150,7 @@ impl System for InMode<'_> {
         self.model.dimension()
     }
     #[inline]
-    fn rates(&self, t: f64, x: &State, rates: &mut State) {
+    fn rates(&self, t: Real, x: &State, rates: &mut State) {
         self.model.rates(t, x, self.mode, rates);
     }
 }
@@ -156,10 +161,10 @@ impl System for InMode<'_> {
 pub struct Simulation {
     model: Model,
     tolerance: f64,
-    scales: State,
-    time: f64,
+    scales: Scales,
+    time: Real,
     /// State and mode at `front`, the end of the segment.
-    front: f64,
+    front: Real,
     front_state: State,
     front_mode: ContactMode,
     segment: Segment,
@@ -175,7 +180,7 @@ pub struct Simulation {
     /// The slip has left v_r = 0 by more than rounding, so that a return counts as arrival.
     departed: bool,
     transition_count: u64,
-    last_transition: f64,
+    last_transition: Real,
     recorded: Option<Vec<Transition>>,
     energy: Option<Energy>,
     statistics: Statistics,
@@ -233,6 +238,23 @@ impl Simulation {
         Ok(run)
     }
 
+    /// Starts another model in place of this one, from `start`: no room is made anew.
+    ///
+    /// # Errors
+    /// As [`Simulation::restart`].
+    pub fn replace(
+        &mut self,
+        model: Model,
+        inputs: Inputs,
+        start: &Start,
+        tolerance: f64,
+    ) -> Result<(), PhysicsError> {
+        self.first_slip_step = 0.05 / model.highest_frequency();
+        self.model = model;
+        self.stick_system = None;
+        self.restart(inputs, start, tolerance)
+    }
+
     /// Starts the same model anew, in place: the same motion as a new run gives, without building
     /// the model again. Records and energies begin again where they were kept.
     ///
@@ -271,7 +293,7 @@ impl Simulation {
         };
         self.keep_stick_system(&inputs);
         self.model.inputs = inputs;
-        self.model.travel_offset = 0.0;
+        self.model.travel_offset = ZERO;
         self.model.stick_since = start.time - start.dwell;
         self.tolerance = tolerance;
         self.scales = self.model.state_scales();
@@ -295,7 +317,7 @@ impl Simulation {
         &mut self,
         contact: StartContact,
         settled: bool,
-        travel: f64,
+        travel: Real,
     ) -> Result<(), PhysicsError> {
         let t = self.time;
         let mut x = self.front_state;
@@ -341,7 +363,7 @@ impl Simulation {
     }
 
     /// Shifts the belt so that the tip stands at the place `travel` in m.
-    fn place_on_belt(&mut self, travel: f64, t: f64, x: &State) {
+    fn place_on_belt(&mut self, travel: Real, t: Real, x: &State) {
         let at = self.model.motion(t, x, ContactMode::Stuck);
         self.model.travel_offset += travel - at.travel;
     }
@@ -349,7 +371,9 @@ impl Simulation {
     /// Forgets what lies ahead and waits at the present time with state `x`.
     fn hold(&mut self, x: State) -> Result<(), PhysicsError> {
         if !x.iter().all(|v| v.is_finite()) {
-            return Err(PhysicsError::NotFinite { time: self.time });
+            return Err(PhysicsError::NotFinite {
+                time: value(self.time),
+            });
         }
         self.front = self.time;
         self.front_state = x;
@@ -462,7 +486,7 @@ impl Simulation {
         let sticks = mode == ContactMode::Stuck;
         self.model = model;
         self.model.inputs = inputs;
-        self.model.travel_offset = 0.0;
+        self.model.travel_offset = ZERO;
         self.model.stick_since = dwell_began;
         self.stick_system = None;
         self.scales = self.model.state_scales();
@@ -491,7 +515,7 @@ impl Simulation {
     }
 
     /// Present time in s.
-    pub fn time(&self) -> f64 {
+    pub fn time(&self) -> Real {
         self.time
     }
 
@@ -504,7 +528,14 @@ impl Simulation {
     ///
     /// # Errors
     /// A motion that is no longer finite, or no progress in time; the run stays at the last good time.
-    pub fn advance_to(&mut self, t: f64) -> Result<(), PhysicsError> {
+    pub fn advance_to(&mut self, t: Real) -> Result<(), PhysicsError> {
+        self.pass_to(t)?;
+        self.ready_segment();
+        Ok(())
+    }
+
+    /// Advances to time `t` in s without working out the interpolant there.
+    fn pass_to(&mut self, t: Real) -> Result<(), PhysicsError> {
         let (mut steps, mut since) = (0, (self.time, self.transition_count));
         while t >= self.segment.end {
             self.time = self.segment.end;
@@ -514,7 +545,7 @@ impl Simulation {
             if steps % PATIENCE == 0 {
                 if self.time - since.0 < LEAST_PROGRESS * PATIENCE as f64 {
                     return Err(PhysicsError::Stalled {
-                        time: self.time,
+                        time: value(self.time),
                         step: self.segment.length,
                         transitions: self.transition_count - since.1,
                     });
@@ -523,7 +554,6 @@ impl Simulation {
             }
         }
         self.time = t;
-        self.ready_segment();
         Ok(())
     }
 
@@ -545,7 +575,7 @@ impl Simulation {
     }
 
     /// Counts the energy that flows in the present segment up to time `until` in s.
-    fn count_energy(&mut self, until: f64) {
+    fn count_energy(&mut self, until: Real) {
         if self.energy.is_some() {
             self.ready_segment();
         }
@@ -598,14 +628,14 @@ impl Simulation {
             failed => Err(self
                 .fault_near(t, &x, mode)
                 .or(failed.err())
-                .unwrap_or(PhysicsError::NotFinite { time: t })),
+                .unwrap_or(PhysicsError::NotFinite { time: value(t) })),
         }
     }
 
     /// An effect that can't be evaluated at this instant or shortly after it: the better explanation of
     /// a run that can't go on.
-    fn fault_near(&self, t: f64, x: &State, mode: ContactMode) -> Option<PhysicsError> {
-        let mut rates = [0.0; MAX_STATES];
+    fn fault_near(&self, t: Real, x: &State, mode: ContactMode) -> Option<PhysicsError> {
+        let mut rates = [ZERO; MAX_STATES];
         self.model.rates(t, x, mode, &mut rates);
         [0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6]
             .into_iter()
@@ -617,7 +647,7 @@ impl Simulation {
 
     fn stalled(&self) -> PhysicsError {
         PhysicsError::Stalled {
-            time: self.front,
+            time: value(self.front),
             step: self.stepper.next_length,
             transitions: 0,
         }
@@ -678,7 +708,7 @@ impl Simulation {
 
     /// Cheap test whether v_r might touch zero inside the step: the cubic through values and slopes at
     /// both ends, with a margin for what the cubic does not see.
-    fn may_return(&self, sign: f64, end_gap: f64) -> bool {
+    fn may_return(&self, sign: f64, end_gap: Real) -> bool {
         if end_gap <= 0.0 || !self.departed {
             return true;
         }
@@ -701,16 +731,16 @@ impl Simulation {
     }
 
     /// Polynomial of sgn * v_r over the segment, and its degree.
-    fn gap_polynomial(&self, sign: f64) -> ([f64; MAX_DEGREE + 1], usize) {
-        let mut gap = [0.0; MAX_DEGREE + 1];
-        let mut zero = [0.0; MAX_STATES];
+    fn gap_polynomial(&self, sign: f64) -> ([Real; MAX_DEGREE + 1], usize) {
+        let mut gap = [ZERO; MAX_DEGREE + 1];
+        let mut zero = [ZERO; MAX_STATES];
         let offset = self.model.relative_velocity(self.segment.start, &zero);
         gap[0] = sign * offset;
         gap[1] = -sign * self.model.inputs.belt_acceleration * self.segment.length;
         for i in 0..self.segment.dimension {
-            zero[i] = 1.0;
+            zero[i] = real(1.0);
             let row = sign * (self.model.relative_velocity(self.segment.start, &zero) - offset);
-            zero[i] = 0.0;
+            zero[i] = ZERO;
             if row != 0.0 {
                 for (g, c) in gap
                     .iter_mut()
@@ -736,7 +766,7 @@ impl Simulation {
     }
 
     /// Locates v_r = 0 near `theta` on the step itself and ends the segment there.
-    fn arrive(&mut self, theta: f64, sign: f64) -> Result<(), PhysicsError> {
+    fn arrive(&mut self, theta: Real, sign: f64) -> Result<(), PhysicsError> {
         let mode = self.front_mode;
         let system = InMode {
             model: &self.model,
@@ -744,7 +774,7 @@ impl Simulation {
         };
         let start = self.segment.start;
         // The interpolant is of lower order than the step: take the step anew and correct by Newton.
-        let mut h = theta * self.segment.length;
+        let mut h = value(theta) * self.segment.length;
         for _ in 0..2 {
             self.stepper.retake(&system, h);
             let t = start + h;
@@ -752,19 +782,32 @@ impl Simulation {
             let slope = self
                 .model
                 .relative_acceleration(t, self.stepper.rates_at_end());
-            let correction = if slope == 0.0 { 0.0 } else { -gap / slope };
+            let slope = value(slope);
+            let correction = if slope == 0.0 {
+                0.0
+            } else {
+                -value(gap) / slope
+            };
             if correction.abs() > 1e-3 * h || correction == 0.0 {
                 break;
             }
             h += correction;
         }
         self.stepper.retake(&system, h);
-        self.land(start + h, self.stepper.x_end, sign);
+        let after = |h: Real| {
+            let mut x = self.stepper.x_end;
+            for (x, rate) in x.iter_mut().zip(self.stepper.rates_at_end()) {
+                *x += rate * (h - value(h));
+            }
+            x
+        };
+        let h = root(h, |h| self.model.relative_velocity(start + h, &after(h)));
+        self.land(start + h, after(h), sign);
         Ok(())
     }
 
     /// Ends the segment at time `t` in state `x`, where v_r = 0, and decides how the motion goes on.
-    fn land(&mut self, t: f64, mut x: State, sign: f64) {
+    fn land(&mut self, t: Real, mut x: State, sign: f64) {
         let mode = self.front_mode;
         self.segment.end = t;
         if self.model.has_memory() {
@@ -796,7 +839,7 @@ impl Simulation {
 
     /// Writes the state at the present time.
     pub fn state(&self) -> State {
-        let mut x = [0.0; MAX_STATES];
+        let mut x = [ZERO; MAX_STATES];
         self.segment.state_at(self.segment.theta(self.time), &mut x);
         x
     }
@@ -807,8 +850,8 @@ impl Simulation {
     }
 
     /// The observables at a time within the present segment or next to it.
-    fn outputs_at(&self, t: f64) -> Outputs {
-        let mut x = [0.0; MAX_STATES];
+    fn outputs_at(&self, t: Real) -> Outputs {
+        let mut x = [ZERO; MAX_STATES];
         self.segment.state_at(self.segment.theta(t), &mut x);
         Outputs::of(&self.model, t, &x, self.segment_mode)
     }
@@ -827,7 +870,7 @@ impl Simulation {
             self.outputs(),
             self.outputs_at(self.time + step),
         );
-        let rate = |a: f64, b: f64| (b - a) / (2.0 * step);
+        let rate = |a: Real, b: Real| (b - a) / (2.0 * step);
         Ok(Outputs {
             displacement: now.velocity,
             velocity: now.acceleration,
@@ -847,7 +890,7 @@ impl Simulation {
     }
 
     /// The displacement at the present time as the sensor gives it, in m; cheaper than all outputs.
-    pub fn measured_displacement(&self) -> f64 {
+    pub fn measured_displacement(&self) -> Real {
         self.model.measured_displacement(&self.state())
     }
 
@@ -857,7 +900,7 @@ impl Simulation {
     }
 
     /// Time of the last transition in s, the start time before the first.
-    pub fn last_transition_time(&self) -> f64 {
+    pub fn last_transition_time(&self) -> Real {
         self.last_transition
     }
 
@@ -894,7 +937,7 @@ impl Simulation {
 }
 
 /// Monomial coefficients of the interpolant at Chebyshev points of the second kind on [0, 1].
-fn interpolate(f: impl Fn(f64) -> f64) -> [f64; LIMIT_NODES] {
+fn interpolate(f: impl Fn(f64) -> Real) -> [Real; LIMIT_NODES] {
     let node =
         |i: usize| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (LIMIT_NODES - 1) as f64).cos();
     // Newton's divided differences, expanded into powers.
@@ -905,7 +948,7 @@ fn interpolate(f: impl Fn(f64) -> f64) -> [f64; LIMIT_NODES] {
             table[i] = (table[i] - table[i - 1]) / (nodes[i] - nodes[i - level]);
         }
     }
-    let mut c = [0.0; LIMIT_NODES];
+    let mut c = [ZERO; LIMIT_NODES];
     for i in (0..LIMIT_NODES).rev() {
         for k in (1..LIMIT_NODES).rev() {
             c[k] = c[k - 1] - nodes[i] * c[k];

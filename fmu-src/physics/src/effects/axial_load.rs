@@ -4,6 +4,7 @@ use super::series::{EffectSeries, Hooks, MotionSeries, Series, State};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO};
 use crate::unit::PER_NEWTON;
 
 /// Describes the effect.
@@ -33,9 +34,9 @@ pub static CARD: Card = Card {
 };
 
 struct AxialLoad {
-    softening: f64,
+    softening: Real,
     /// Acceleration of mode i per displacement of mode j and newton, in 1/(N s^2).
-    coupling: [[f64; MAX_MODES]; MAX_MODES],
+    coupling: [[Real; MAX_MODES]; MAX_MODES],
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -48,7 +49,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     context.require(0, true, "finite")?;
     Ok(Some(Box::new(AxialLoad {
         softening,
-        coupling: [[0.0; MAX_MODES]; MAX_MODES],
+        coupling: [[ZERO; MAX_MODES]; MAX_MODES],
     })))
 }
 
@@ -67,7 +68,7 @@ impl Effect for AxialLoad {
             }
         }
     }
-    fn add_modal_acceleration(&self, m: &Motion, q: &[f64], acceleration: &mut [f64]) {
+    fn add_modal_acceleration(&self, m: &Motion, q: &[Real], acceleration: &mut [Real]) {
         for (row, sum) in self.coupling.iter().zip(acceleration) {
             for (c, displacement) in row.iter().zip(q) {
                 *sum += m.normal_force * c * displacement;
@@ -93,7 +94,7 @@ impl EffectSeries for AxialLoad {
         m: &MotionSeries,
         states: &[State],
         _registers: &mut [Series],
-        acceleration: &mut [f64],
+        acceleration: &mut [Real],
     ) {
         // The force given is linear in time: two terms of the product are different from zero.
         let modes = acceleration.len();

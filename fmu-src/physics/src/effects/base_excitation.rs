@@ -6,6 +6,7 @@ use super::series::{
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO, value};
 use crate::unit::{HERTZ, METRE_PER_SECOND2, RADIAN};
 use std::f64::consts::TAU;
 
@@ -58,10 +59,10 @@ pub static CARD: Card = Card {
 };
 
 struct Shaking {
-    amplitude: f64,
-    angular_frequency: f64,
-    phase: f64,
-    participation: [f64; MAX_MODES],
+    amplitude: Real,
+    angular_frequency: Real,
+    phase: Real,
+    participation: [Real; MAX_MODES],
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -78,7 +79,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
         amplitude,
         angular_frequency: TAU * frequency,
         phase,
-        participation: [0.0; MAX_MODES],
+        participation: [ZERO; MAX_MODES],
     })))
 }
 
@@ -89,14 +90,14 @@ impl Effect for Shaking {
             self.participation[j] = mode_integrals().mean[j] / cantilever_scale(j, mode.tip_value);
         }
     }
-    fn add_modal_acceleration(&self, m: &Motion, _q: &[f64], acceleration: &mut [f64]) {
+    fn add_modal_acceleration(&self, m: &Motion, _q: &[Real], acceleration: &mut [Real]) {
         let clamp = self.amplitude * (self.angular_frequency * m.time + self.phase).cos();
         for (sum, g) in acceleration.iter_mut().zip(&self.participation) {
             *sum -= clamp * g;
         }
     }
     fn fastest_rate(&self) -> f64 {
-        self.angular_frequency
+        value(self.angular_frequency)
     }
     fn is_linear_in_stick(&self) -> bool {
         false
@@ -123,7 +124,7 @@ impl EffectSeries for Shaking {
         m: &MotionSeries,
         _states: &[State],
         registers: &mut [Series],
-        acceleration: &mut [f64],
+        acceleration: &mut [Real],
     ) {
         let angle = self.angular_frequency * m.start.time + self.phase;
         let clamp = self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);

@@ -5,6 +5,7 @@ use super::{
     BeltGive, Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable,
 };
 use crate::error::PhysicsError;
+use crate::real::{Real, value};
 use crate::unit::{KILOGRAM, METRE, METRE_PER_SECOND, NEWTON_PER_METRE, NEWTON_SECOND_PER_METRE};
 
 /// Describes the effect.
@@ -69,11 +70,11 @@ pub static CARD: Card = Card {
 
 struct Drive {
     /// 1/mass in 1/kg.
-    mobility: f64,
+    mobility: Real,
     /// Over the mass, in 1/s^2.
-    stiffness: f64,
+    stiffness: Real,
     /// Over the mass, in 1/s.
-    damping: f64,
+    damping: Real,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -94,7 +95,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Drive {
-    fn belt_give(&self, x: &[f64]) -> BeltGive {
+    fn belt_give(&self, x: &[Real]) -> BeltGive {
         BeltGive {
             displacement: x[0],
             velocity: x[1],
@@ -102,14 +103,14 @@ impl Effect for Drive {
             mobility: self.mobility,
         }
     }
-    fn add_rates(&self, _m: &Motion, contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+    fn add_rates(&self, _m: &Motion, contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         rates[0] += x[1];
         rates[1] -= self.mobility * contact.force + self.damping * x[1] + self.stiffness * x[0];
     }
     fn fastest_rate(&self) -> f64 {
-        self.stiffness.sqrt() + self.damping
+        value(self.stiffness.sqrt() + self.damping)
     }
-    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
+    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [Real]) {
         if self.stiffness > 0.0 {
             x[0] -= self.mobility * contact.force / self.stiffness;
         }
@@ -132,9 +133,9 @@ impl EffectSeries for Drive {
         _k: usize,
         motion: &Motion,
         contact: &ContactForce,
-        x: &[f64],
+        x: &[Real],
         _registers: &mut [Series],
-        rates: &mut [f64],
+        rates: &mut [Real],
     ) {
         Effect::add_rates(self, motion, contact, x, rates);
     }

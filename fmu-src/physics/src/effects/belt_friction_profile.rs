@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO, value};
 use crate::unit::{METRE, ONE};
 
 /// Most nodes of a profile.
@@ -110,11 +111,11 @@ const fn parameters() -> [Parameter; FIRST_NODE + MAX_NODES] {
 
 /// A natural cubic spline on a uniform grid: `g = c0 + u (c1 + u (c2 + u c3))` in each interval.
 struct Profile {
-    start: f64,
+    start: Real,
     /// Intervals per metre.
-    density: f64,
+    density: Real,
     intervals: usize,
-    coefficients: Vec<[f64; 4]>,
+    coefficients: Vec<[Real; 4]>,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -126,9 +127,9 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     }
     context.require(LENGTH, *length > 0.0, "positive")?;
     context.require(START, true, "finite")?;
-    let whole = count.fract() == 0.0 && (2.0..=MAX_NODES as f64).contains(count);
+    let whole = value(*count).fract() == 0.0 && (2.0..=MAX_NODES as f64).contains(&value(*count));
     context.require(COUNT, whole, "0 (off) or a whole number from 2 to 96")?;
-    let nodes = &nodes[..*count as usize];
+    let nodes = &nodes[..value(*count) as usize];
     for (i, g) in nodes.iter().enumerate() {
         context.require(FIRST_NODE + i, *g >= -1.0, "at least -1")?;
     }
@@ -145,11 +146,11 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 /// Coefficients of the natural cubic spline through nodes one apart.
-fn spline(nodes: &[f64]) -> Vec<[f64; 4]> {
+fn spline(nodes: &[Real]) -> Vec<[Real; 4]> {
     let n = nodes.len();
     // Second derivatives b: b[i-1] + 4 b[i] + b[i+1] = 6 (g[i-1] - 2 g[i] + g[i+1]), 0 at both ends.
-    let mut b = [0.0; MAX_NODES];
-    let mut ratio = [0.0; MAX_NODES];
+    let mut b = [ZERO; MAX_NODES];
+    let mut ratio = [ZERO; MAX_NODES];
     for i in 1..n - 1 {
         let pivot = 4.0 - ratio[i - 1];
         ratio[i] = 1.0 / pivot;
@@ -172,18 +173,18 @@ fn spline(nodes: &[f64]) -> Vec<[f64; 4]> {
 
 impl Profile {
     /// Place on the grid, in intervals from the first node.
-    fn place(&self, travel: f64) -> f64 {
+    fn place(&self, travel: Real) -> Real {
         (travel - self.start) * self.density
     }
 
     /// Index of the interval at a place.
-    fn interval(&self, travel: f64) -> usize {
-        (self.place(travel).max(0.0) as usize).min(self.intervals - 1)
+    fn interval(&self, travel: Real) -> usize {
+        (value(self.place(travel)).max(0.0) as usize).min(self.intervals - 1)
     }
 }
 
 impl Effect for Profile {
-    fn friction_factor(&self, m: &Motion) -> f64 {
+    fn friction_factor(&self, m: &Motion) -> Real {
         let place = self.place(m.travel).clamp(0.0, self.intervals as f64);
         let i = self.interval(m.travel);
         let u = place - i as f64;
@@ -206,7 +207,7 @@ impl EffectSeries for Profile {
     fn register_count(&self) -> usize {
         2
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
         let [u, square, ..] = registers else {
             unreachable!("two registers declared")
         };
@@ -232,7 +233,7 @@ impl EffectSeries for Profile {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -3,6 +3,7 @@
 use super::series::{COSINE_REGISTERS, EffectSeries, Hooks, MotionSeries, Series, cosine};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO};
 use crate::unit::{METRE, ONE, RADIAN};
 use std::f64::consts::{PI, TAU};
 
@@ -55,9 +56,9 @@ pub static CARD: Card = Card {
 };
 
 struct Periodic {
-    amplitude: f64,
-    wave_number: f64,
-    phase: f64,
+    amplitude: Real,
+    wave_number: Real,
+    phase: Real,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -78,7 +79,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Periodic {
-    fn friction_factor(&self, m: &Motion) -> f64 {
+    fn friction_factor(&self, m: &Motion) -> Real {
         1.0 + self.amplitude * (self.wave_number * m.travel + self.phase).cos()
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
@@ -97,8 +98,8 @@ impl EffectSeries for Periodic {
     fn register_count(&self) -> usize {
         COSINE_REGISTERS
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
-        let offset = if k == 0 { self.phase } else { 0.0 };
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+        let offset = if k == 0 { self.phase } else { ZERO };
         let angle = self.wave_number * m.travel[k] + offset;
         let change = self.amplitude * cosine(k, angle, registers);
         if k == 0 { 1.0 + change } else { change }

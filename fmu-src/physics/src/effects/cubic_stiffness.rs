@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::NEWTON_PER_METRE3;
 
 /// Describes the effect.
@@ -30,7 +31,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct Cubic(f64);
+struct Cubic(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[coefficient] = context.values else {
@@ -44,7 +45,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Cubic {
-    fn tip_force(&self, m: &Motion) -> f64 {
+    fn tip_force(&self, m: &Motion) -> Real {
         -self.0 * m.displacement * m.displacement * m.displacement
     }
     fn is_linear_in_stick(&self) -> bool {
@@ -66,7 +67,7 @@ impl EffectSeries for Cubic {
     fn register_count(&self) -> usize {
         1
     }
-    fn tip_force(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+    fn tip_force(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
         let w = &m.displacement;
         let square = &mut registers[0];
         square[k] = product(w, w, k);

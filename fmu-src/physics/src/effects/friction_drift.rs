@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::{ONE, SECOND};
 
 /// Describes the effect.
@@ -43,8 +44,8 @@ pub static CARD: Card = Card {
 };
 
 struct Drift {
-    change: f64,
-    rate: f64,
+    change: Real,
+    rate: Real,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -63,7 +64,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Drift {
-    fn friction_factor(&self, m: &Motion) -> f64 {
+    fn friction_factor(&self, m: &Motion) -> Real {
         1.0 - self.change * (-self.rate * m.time.max(0.0)).exp_m1()
     }
     fn keeps_limit_constant(&self) -> bool {
@@ -85,7 +86,7 @@ impl EffectSeries for Drift {
     fn register_count(&self) -> usize {
         1
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
         let cold = &mut registers[0];
         if k == 0 {
             cold[0] = (-self.rate * m.start.time).exp();

@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, Series};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO, value};
 use crate::unit::{METRE_PER_SECOND, SECOND};
 
 /// Describes the effect.
@@ -36,7 +37,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct Lag(f64);
+struct Lag(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[time_constant] = context.values else {
@@ -50,25 +51,25 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Lag {
-    fn lagged_speed(&self, x: &[f64]) -> Option<f64> {
+    fn lagged_speed(&self, x: &[Real]) -> Option<Real> {
         Some(x[0])
     }
-    fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+    fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         if !contact.stuck {
             rates[0] += (m.speed - x[0]) / self.0;
         }
     }
-    fn on_stick(&self, x: &mut [f64]) {
-        x[0] = 0.0;
+    fn on_stick(&self, x: &mut [Real]) {
+        x[0] = ZERO;
     }
-    fn on_break_away(&self, x: &mut [f64]) {
-        x[0] = 0.0;
+    fn on_break_away(&self, x: &mut [Real]) {
+        x[0] = ZERO;
     }
-    fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [f64]) {
+    fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [Real]) {
         x[0] += m.relative_velocity.abs();
     }
     fn fastest_rate(&self) -> f64 {
-        1.0 / self.0
+        value(1.0 / self.0)
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
         Some(self)
@@ -89,9 +90,9 @@ impl EffectSeries for Lag {
         _k: usize,
         motion: &Motion,
         contact: &ContactForce,
-        x: &[f64],
+        x: &[Real],
         _registers: &mut [Series],
-        rates: &mut [f64],
+        rates: &mut [Real],
     ) {
         Effect::add_rates(self, motion, contact, x, rates);
     }

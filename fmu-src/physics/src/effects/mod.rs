@@ -10,6 +10,7 @@ pub mod user_expression;
 use crate::beam::Beam;
 use crate::belt::Inputs;
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO, real};
 use crate::unit::Unit;
 
 include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
@@ -95,7 +96,7 @@ pub struct StateVariable {
 /// What an effect may look at while it is built.
 pub struct Context<'a> {
     /// The effect's parameter values in the order of its card.
-    pub values: &'a [f64],
+    pub values: &'a [Real],
     /// The structure with the modes retained so far.
     pub beam: &'a Beam,
     card: &'static Card,
@@ -103,7 +104,7 @@ pub struct Context<'a> {
 
 impl<'a> Context<'a> {
     /// A context for the effect of `card`.
-    pub fn new(card: &'static Card, values: &'a [f64], beam: &'a Beam) -> Self {
+    pub fn new(card: &'static Card, values: &'a [Real], beam: &'a Beam) -> Self {
         Self { values, beam, card }
     }
 
@@ -132,34 +133,34 @@ impl<'a> Context<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motion {
     /// Time in s.
-    pub time: f64,
+    pub time: Real,
     /// Tip displacement w in m.
-    pub displacement: f64,
+    pub displacement: Real,
     /// Tip velocity w' in m/s.
-    pub velocity: f64,
+    pub velocity: Real,
     /// Velocity v0 of the belt in m/s as given, before any effect.
-    pub given_belt_velocity: f64,
+    pub given_belt_velocity: Real,
     /// Velocity of the belt's surface in m/s, all effects included.
-    pub belt_velocity: f64,
+    pub belt_velocity: Real,
     /// Relative velocity v_r = w' - v_belt in m/s; exactly 0 in stick.
-    pub relative_velocity: f64,
+    pub relative_velocity: Real,
     /// Sliding speed |v_r| in m/s, continued smoothly through zero by the sign of the slip.
-    pub speed: f64,
+    pub speed: Real,
     /// Normal force F_N in N as given, before any effect.
-    pub normal_force: f64,
+    pub normal_force: Real,
     /// Place s on the belt where the tip stands, in m: s' = v_belt - w'.
-    pub travel: f64,
+    pub travel: Real,
     /// Time since stick began, in s; 0 in slip.
-    pub dwell: f64,
+    pub dwell: Real,
 }
 
 /// The contact at one instant, given to the rates of an effect's states.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactForce {
     /// Friction force F on the tip in N, positive along the belt's motion.
-    pub force: f64,
+    pub force: Real,
     /// Friction capacity mu(|v_r|) F_N in N.
-    pub capacity: f64,
+    pub capacity: Real,
     /// Whether the contact sticks.
     pub stuck: bool,
 }
@@ -168,19 +169,19 @@ pub struct ContactForce {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BeltGive {
     /// Displacement x in m added to the belt.
-    pub displacement: f64,
+    pub displacement: Real,
     /// Velocity x' in m/s.
-    pub velocity: f64,
+    pub velocity: Real,
     /// Acceleration in m/s^2 without friction force.
-    pub free_acceleration: f64,
+    pub free_acceleration: Real,
     /// Mobility in 1/kg: acceleration lost per newton of friction force.
-    pub mobility: f64,
+    pub mobility: Real,
 }
 
 impl BeltGive {
     /// What `x` times as much of a state gives.
     #[inline]
-    pub fn times(self, x: f64) -> Self {
+    pub fn times(self, x: Real) -> Self {
         Self {
             displacement: self.displacement * x,
             velocity: self.velocity * x,
@@ -210,30 +211,30 @@ pub trait Effect: Send + Sync {
     /// Works out, once, what depends on the complete structure.
     fn prepare(&mut self, _beam: &Beam) {}
     /// Adds to the modal accelerations (m/s^2), given modal displacements `q`.
-    fn add_modal_acceleration(&self, _m: &Motion, _q: &[f64], _acceleration: &mut [f64]) {}
+    fn add_modal_acceleration(&self, _m: &Motion, _q: &[Real], _acceleration: &mut [Real]) {}
     /// Force on the tip besides friction, in N.
-    fn tip_force(&self, _m: &Motion) -> f64 {
-        0.0
+    fn tip_force(&self, _m: &Motion) -> Real {
+        ZERO
     }
     /// Factor on the coefficient of friction.
-    fn friction_factor(&self, _m: &Motion) -> f64 {
-        1.0
+    fn friction_factor(&self, _m: &Motion) -> Real {
+        real(1.0)
     }
     /// Slope in s/m of a term added to the kinetic coefficient of friction, linear in the sliding speed (|v_r|,
     /// or what a lag makes of it); asked for while the model is built.
-    fn friction_slope(&self) -> f64 {
-        0.0
+    fn friction_slope(&self) -> Real {
+        ZERO
     }
     /// Factor on the normal force.
-    fn normal_factor(&self, _m: &Motion) -> f64 {
-        1.0
+    fn normal_factor(&self, _m: &Motion) -> Real {
+        real(1.0)
     }
     /// Factor on the static limit.
-    fn static_factor(&self, _m: &Motion) -> f64 {
-        1.0
+    fn static_factor(&self, _m: &Motion) -> Real {
+        real(1.0)
     }
     /// Speed at which the kinetic law is evaluated instead of |v_r|.
-    fn lagged_speed(&self, _x: &[f64]) -> Option<f64> {
+    fn lagged_speed(&self, _x: &[Real]) -> Option<Real> {
         None
     }
     /// Whether friction has a memory of its own that replaces the rigid stick/slip automaton.
@@ -241,13 +242,13 @@ pub trait Effect: Send + Sync {
         false
     }
     /// Friction force in N of a law with memory, for a capacity mu F_N in N.
-    fn memory_force(&self, _m: &Motion, _capacity: f64, _x: &[f64]) -> f64 {
-        0.0
+    fn memory_force(&self, _m: &Motion, _capacity: Real, _x: &[Real]) -> Real {
+        ZERO
     }
     /// Velocity in m/s imposed on the belt besides the given one, whatever the friction force; its
     /// integral is the `displacement` of [`Effect::belt_give`].
-    fn belt_ripple(&self, _t: f64, _inputs: &Inputs) -> f64 {
-        0.0
+    fn belt_ripple(&self, _t: Real, _inputs: &Inputs) -> Real {
+        ZERO
     }
     /// Whether [`Effect::belt_ripple`] is ever different from zero.
     fn has_belt_ripple(&self) -> bool {
@@ -255,19 +256,19 @@ pub trait Effect: Send + Sync {
     }
     /// Motion added to the belt, linear in the states, with a constant mobility; asked for while the
     /// model is built.
-    fn belt_give(&self, _x: &[f64]) -> BeltGive {
+    fn belt_give(&self, _x: &[Real]) -> BeltGive {
         BeltGive::default()
     }
     /// Rates of the effect's states.
-    fn add_rates(&self, _m: &Motion, _contact: &ContactForce, _x: &[f64], _rates: &mut [f64]) {}
+    fn add_rates(&self, _m: &Motion, _contact: &ContactForce, _x: &[Real], _rates: &mut [Real]) {}
     /// Jump of the states at the arrival in stick.
-    fn on_stick(&self, _x: &mut [f64]) {}
+    fn on_stick(&self, _x: &mut [Real]) {}
     /// Jump of the states at break-away.
-    fn on_break_away(&self, _x: &mut [f64]) {}
+    fn on_break_away(&self, _x: &mut [Real]) {}
     /// States in equilibrium with the start motion and contact force.
-    fn settle(&self, _m: &Motion, _contact: &ContactForce, _x: &mut [f64]) {}
+    fn settle(&self, _m: &Motion, _contact: &ContactForce, _x: &mut [Real]) {}
     /// The displacement as the sensor gives it, in m.
-    fn measured_displacement(&self, _displacement: f64, _x: &[f64]) -> Option<f64> {
+    fn measured_displacement(&self, _displacement: Real, _x: &[Real]) -> Option<Real> {
         None
     }
     /// Fastest rate (1/s) or angular frequency (rad/s) that the effect brings into the equations.

@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::PER_METRE;
 
 /// Describes the effect.
@@ -30,7 +31,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct Coupling(f64);
+struct Coupling(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[coefficient] = context.values else {
@@ -44,7 +45,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Coupling {
-    fn normal_factor(&self, m: &Motion) -> f64 {
+    fn normal_factor(&self, m: &Motion) -> Real {
         1.0 + self.0 * m.displacement
     }
     fn keeps_limit_constant(&self) -> bool {
@@ -63,7 +64,7 @@ impl EffectSeries for Coupling {
         }
     }
 
-    fn factor(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+    fn factor(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> Real {
         let change = self.0 * m.displacement[k];
         if k == 0 { 1.0 + change } else { change }
     }

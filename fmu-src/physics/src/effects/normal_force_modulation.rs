@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, HARMONIC_REGISTERS, Hooks, MotionSeries, Series, harmonic};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::{Real, value};
 use crate::unit::{HERTZ, ONE, RADIAN};
 use std::f64::consts::{PI, TAU};
 
@@ -54,9 +55,9 @@ pub static CARD: Card = Card {
 };
 
 struct Pulsation {
-    amplitude: f64,
-    angular_frequency: f64,
-    phase: f64,
+    amplitude: Real,
+    angular_frequency: Real,
+    phase: Real,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -77,11 +78,11 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Pulsation {
-    fn normal_factor(&self, m: &Motion) -> f64 {
+    fn normal_factor(&self, m: &Motion) -> Real {
         1.0 + self.amplitude * (self.angular_frequency * m.time + self.phase).cos()
     }
     fn fastest_rate(&self) -> f64 {
-        self.angular_frequency
+        value(self.angular_frequency)
     }
     fn keeps_limit_constant(&self) -> bool {
         false
@@ -102,7 +103,7 @@ impl EffectSeries for Pulsation {
     fn register_count(&self) -> usize {
         HARMONIC_REGISTERS
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
         let angle = self.angular_frequency * m.start.time + self.phase;
         let change =
             self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);

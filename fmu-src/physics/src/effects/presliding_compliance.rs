@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series, product, quotient};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
+use crate::real::{Real, ZERO};
 use crate::unit::{METRE, NEWTON_PER_METRE, NEWTON_SECOND_PER_METRE};
 
 /// Describes the effect.
@@ -48,8 +49,8 @@ pub static CARD: Card = Card {
 };
 
 struct Bristle {
-    stiffness: f64,
-    damping: f64,
+    stiffness: Real,
+    damping: Real,
 }
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
@@ -65,12 +66,12 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Bristle {
-    fn deflection_rate(&self, m: &Motion, capacity: f64, z: f64) -> f64 {
+    fn deflection_rate(&self, m: &Motion, capacity: Real, z: Real) -> Real {
         // Without capacity (normal force 0) nothing holds the bristles.
         if capacity > 0.0 {
             m.relative_velocity - self.stiffness * m.speed * z / capacity
         } else {
-            0.0
+            ZERO
         }
     }
 }
@@ -79,17 +80,17 @@ impl Effect for Bristle {
     fn replaces_stick(&self) -> bool {
         true
     }
-    fn memory_force(&self, m: &Motion, capacity: f64, x: &[f64]) -> f64 {
+    fn memory_force(&self, m: &Motion, capacity: Real, x: &[Real]) -> Real {
         if capacity > 0.0 {
             -(self.stiffness * x[0] + self.damping * self.deflection_rate(m, capacity, x[0]))
         } else {
-            0.0
+            ZERO
         }
     }
-    fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+    fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         rates[0] += self.deflection_rate(m, contact.capacity, x[0]);
     }
-    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
+    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [Real]) {
         x[0] -= contact.force / self.stiffness;
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
@@ -114,9 +115,9 @@ impl EffectSeries for Bristle {
         k: usize,
         m: &MotionSeries,
         capacity: &Series,
-        x: &[f64],
+        x: &[Real],
         registers: &mut [Series],
-    ) -> f64 {
+    ) -> Real {
         let [z, worn, ratio, rate, ..] = registers else {
             unreachable!("four registers declared")
         };
@@ -131,9 +132,9 @@ impl EffectSeries for Bristle {
         k: usize,
         _motion: &Motion,
         _contact: &ContactForce,
-        _x: &[f64],
+        _x: &[Real],
         registers: &mut [Series],
-        rates: &mut [f64],
+        rates: &mut [Real],
     ) {
         rates[0] += registers[3][k];
     }

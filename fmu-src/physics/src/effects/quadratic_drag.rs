@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::NEWTON_SECOND2_PER_METRE2;
 
 /// Describes the effect.
@@ -29,7 +30,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct Drag(f64);
+struct Drag(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[coefficient] = context.values else {
@@ -43,7 +44,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Drag {
-    fn tip_force(&self, m: &Motion) -> f64 {
+    fn tip_force(&self, m: &Motion) -> Real {
         -self.0 * m.velocity * m.velocity.abs()
     }
     fn is_linear_in_stick(&self) -> bool {
@@ -62,7 +63,7 @@ impl EffectSeries for Drag {
         }
     }
 
-    fn tip_force(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> f64 {
+    fn tip_force(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> Real {
         -self.0 * m.velocity[0].signum() * product(&m.velocity, &m.velocity, k)
     }
     fn holds(&self, m: &MotionSeries, _registers: &[Series], degree: usize, theta: f64) -> bool {

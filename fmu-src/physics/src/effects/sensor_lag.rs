@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, Series};
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::error::PhysicsError;
+use crate::real::{Real, value};
 use crate::unit::{METRE, SECOND};
 
 /// Describes the effect.
@@ -34,7 +35,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct SensorLag(f64);
+struct SensorLag(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[time_constant] = context.values else {
@@ -48,18 +49,18 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for SensorLag {
-    fn add_rates(&self, m: &Motion, _contact: &ContactForce, x: &[f64], rates: &mut [f64]) {
+    fn add_rates(&self, m: &Motion, _contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         rates[0] += (m.displacement - x[0]) / self.0;
     }
-    fn measured_displacement(&self, _displacement: f64, x: &[f64]) -> Option<f64> {
+    fn measured_displacement(&self, _displacement: Real, x: &[Real]) -> Option<Real> {
         Some(x[0])
     }
-    fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [f64]) {
+    fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [Real]) {
         // A ramp is followed with the delay tau once the start has been forgotten.
         x[0] += m.displacement - self.0 * m.velocity;
     }
     fn fastest_rate(&self) -> f64 {
-        1.0 / self.0
+        value(1.0 / self.0)
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
         Some(self)
@@ -79,9 +80,9 @@ impl EffectSeries for SensorLag {
         _k: usize,
         motion: &Motion,
         contact: &ContactForce,
-        x: &[f64],
+        x: &[Real],
         _registers: &mut [Series],
-        rates: &mut [f64],
+        rates: &mut [Real],
     ) {
         Effect::add_rates(self, motion, contact, x, rates);
     }

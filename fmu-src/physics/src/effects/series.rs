@@ -2,6 +2,7 @@
 
 use super::{ContactForce, Motion};
 use crate::integrate::MAX_DEGREE;
+use crate::real::{Real, ZERO, real};
 
 pub use crate::integrate::State;
 pub use crate::integrate::series::{Series, chained, keeps_sign, product, quotient};
@@ -12,7 +13,7 @@ pub const HARMONIC_REGISTERS: usize = 2;
 pub const COSINE_REGISTERS: usize = 3;
 
 /// Coefficient `k` of `cos(angle + rate theta)`.
-pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f64 {
+pub fn harmonic(k: usize, angle: Real, rate: Real, registers: &mut [Series]) -> Real {
     let [cosine, sine, ..] = registers else {
         unreachable!("HARMONIC_REGISTERS")
     };
@@ -26,7 +27,7 @@ pub fn harmonic(k: usize, angle: f64, rate: f64, registers: &mut [Series]) -> f6
 }
 
 /// Coefficient `k` of the cosine of a series, of which coefficient `k` is given.
-pub fn cosine(k: usize, angle: f64, registers: &mut [Series]) -> f64 {
+pub fn cosine(k: usize, angle: Real, registers: &mut [Series]) -> Real {
     let [cosine, sine, slope, ..] = registers else {
         unreachable!("COSINE_REGISTERS")
     };
@@ -58,13 +59,13 @@ pub struct MotionSeries {
     /// Place on the belt in m.
     pub travel: Series,
     /// Normal force in N as given, powers 0 and 1.
-    pub normal_force: [f64; 2],
+    pub normal_force: [Real; 2],
 }
 
 impl MotionSeries {
     /// No coefficients yet.
     pub fn new(unit: f64, start: Motion) -> Self {
-        let none = [0.0; MAX_DEGREE + 1];
+        let none = [ZERO; MAX_DEGREE + 1];
         Self {
             unit,
             start,
@@ -73,13 +74,13 @@ impl MotionSeries {
             sign: 0.0,
             speed: none,
             travel: none,
-            normal_force: [0.0; 2],
+            normal_force: [ZERO; 2],
         }
     }
 
     /// Coefficient `k` of the relative velocity v_r in m/s.
     #[inline]
-    pub fn relative_velocity(&self, k: usize) -> f64 {
+    pub fn relative_velocity(&self, k: usize) -> Real {
         self.sign * self.speed[k]
     }
 }
@@ -127,20 +128,20 @@ pub trait EffectSeries {
         _m: &MotionSeries,
         _states: &[State],
         _registers: &mut [Series],
-        _acceleration: &mut [f64],
+        _acceleration: &mut [Real],
     ) {
     }
     /// Force on the tip besides friction, in N.
-    fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
-        0.0
+    fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+        ZERO
     }
     /// Factor on the coefficient of friction or on the normal force.
-    fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
-        if k == 0 { 1.0 } else { 0.0 }
+    fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+        if k == 0 { real(1.0) } else { ZERO }
     }
     /// Factor on the static limit, from the dwell at the start.
-    fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> f64 {
-        if k == 0 { 1.0 } else { 0.0 }
+    fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+        if k == 0 { real(1.0) } else { ZERO }
     }
     /// Friction force in N of a law with memory, given the capacity mu F_N in N and the effect's states.
     fn memory_force(
@@ -148,10 +149,10 @@ pub trait EffectSeries {
         _k: usize,
         _m: &MotionSeries,
         _capacity: &Series,
-        _x: &[f64],
+        _x: &[Real],
         _registers: &mut [Series],
-    ) -> f64 {
-        0.0
+    ) -> Real {
+        ZERO
     }
     /// Rates of the effect's states. `motion`, `contact` and `x` hold coefficient `k`; where
     /// [`super::Effect::add_rates`] is linear in them, without a constant, it serves here too.
@@ -160,9 +161,9 @@ pub trait EffectSeries {
         _k: usize,
         _motion: &Motion,
         _contact: &ContactForce,
-        _x: &[f64],
+        _x: &[Real],
         _registers: &mut [Series],
-        _rates: &mut [f64],
+        _rates: &mut [Real],
     ) {
     }
     /// Whether the expressions hold on `[0, theta]`, e.g. no quantity changes its sign whose magnitude

@@ -3,6 +3,7 @@
 use super::series::{EffectSeries, Hooks, MotionSeries, Series};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::{ONE, SECOND};
 
 /// Describes the effect.
@@ -53,8 +54,8 @@ pub static CARD: Card = Card {
 };
 
 struct Aging {
-    gain: f64,
-    time_constant: f64,
+    gain: Real,
+    time_constant: Real,
     logarithmic: bool,
 }
 
@@ -80,7 +81,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Aging {
-    fn static_factor(&self, m: &Motion) -> f64 {
+    fn static_factor(&self, m: &Motion) -> Real {
         let x = m.dwell / self.time_constant;
         1.0 + self.gain
             * if self.logarithmic {
@@ -112,7 +113,7 @@ impl EffectSeries for Aging {
     fn register_count(&self) -> usize {
         1
     }
-    fn static_factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> f64 {
+    fn static_factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
         let x = m.start.dwell / self.time_constant;
         let rate = m.unit / self.time_constant;
         let growth = &mut registers[0];

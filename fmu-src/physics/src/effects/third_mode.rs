@@ -4,6 +4,7 @@ use super::series::EffectSeries;
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::beam::{Beam, ModalOscillator};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::{HERTZ, METRE, METRE_PER_SECOND, ONE};
 
 /// Describes the effect.
@@ -86,7 +87,7 @@ impl Effect for ThirdMode {
     fn extend_structure(&self, beam: &mut Beam) -> Result<(), PhysicsError> {
         beam.push(self.0)
     }
-    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [f64]) {
+    fn settle(&self, _m: &Motion, contact: &ContactForce, x: &mut [Real]) {
         x[0] +=
             self.0.tip_value * contact.force / (self.0.mass * self.0.angular_frequency().powi(2));
     }

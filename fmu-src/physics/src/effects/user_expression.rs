@@ -4,6 +4,7 @@ use super::{BeltGive, CATALOGUE, ContactForce, Effect, Motion, StateVariable};
 use crate::belt::Inputs;
 use crate::error::PhysicsError;
 use crate::expression::{Expression, FUNCTIONS};
+use crate::real::{Real, ZERO, real, value};
 use crate::unit::METRE;
 
 /// Quantities that a formula may use, with what they mean.
@@ -81,7 +82,7 @@ pub struct UserParameter {
     /// Largest value.
     pub max: f64,
     /// Value in use.
-    pub value: f64,
+    pub value: Real,
 }
 
 /// An effect given by a formula over [`QUANTITIES`] and its parameters, e.g. friction that depends on
@@ -141,7 +142,11 @@ impl UserEffect {
             if !(ordered && p.min <= p.value && p.value <= p.max) {
                 return Err(wrong(format!(
                     "parameter {} = {} {} lies outside its bounds {} .. {}",
-                    p.name, p.value, p.unit, p.min, p.max
+                    p.name,
+                    value(p.value),
+                    p.unit,
+                    p.min,
+                    p.max
                 )));
             }
             names.push(&p.name);
@@ -162,7 +167,7 @@ impl UserEffect {
                 "a change of belt velocity may depend on t, F_N and v0 only".into(),
             ));
         }
-        let mut values = [0.0; COUNT + MAX_PARAMETERS];
+        let mut values = [ZERO; COUNT + MAX_PARAMETERS];
         for (slot, p) in values[COUNT..].iter_mut().zip(&self.parameters) {
             *slot = p.value;
         }
@@ -202,11 +207,11 @@ pub struct Compiled {
     constant_in_stick: bool,
     constant_in_all_stick: bool,
     /// Values of the parameters, behind room for the quantities.
-    values: [f64; COUNT + MAX_PARAMETERS],
+    values: [Real; COUNT + MAX_PARAMETERS],
 }
 
 impl Compiled {
-    fn value(&self, m: &Motion) -> f64 {
+    fn value(&self, m: &Motion) -> Real {
         let mut values = self.values;
         values[..COUNT].copy_from_slice(&[
             m.time,
@@ -222,7 +227,7 @@ impl Compiled {
         self.formula.value(&values)
     }
 
-    fn value_for(&self, target: Target, m: &Motion, neutral: f64) -> f64 {
+    fn value_for(&self, target: Target, m: &Motion, neutral: Real) -> Real {
         if self.target == target {
             self.value(m)
         } else {
@@ -232,34 +237,34 @@ impl Compiled {
 }
 
 impl Effect for Compiled {
-    fn tip_force(&self, m: &Motion) -> f64 {
-        self.value_for(Target::TipForce, m, 0.0)
+    fn tip_force(&self, m: &Motion) -> Real {
+        self.value_for(Target::TipForce, m, ZERO)
     }
-    fn friction_factor(&self, m: &Motion) -> f64 {
-        self.value_for(Target::FrictionFactor, m, 1.0)
+    fn friction_factor(&self, m: &Motion) -> Real {
+        self.value_for(Target::FrictionFactor, m, real(1.0))
     }
-    fn normal_factor(&self, m: &Motion) -> f64 {
-        self.value_for(Target::NormalForceFactor, m, 1.0)
+    fn normal_factor(&self, m: &Motion) -> Real {
+        self.value_for(Target::NormalForceFactor, m, real(1.0))
     }
-    fn belt_ripple(&self, t: f64, inputs: &Inputs) -> f64 {
+    fn belt_ripple(&self, t: Real, inputs: &Inputs) -> Real {
         let m = Motion {
             time: t,
             normal_force: inputs.normal_force_at(t),
             given_belt_velocity: inputs.belt_velocity_at(t),
             ..Motion::default()
         };
-        self.value_for(Target::BeltVelocity, &m, 0.0)
+        self.value_for(Target::BeltVelocity, &m, ZERO)
     }
     fn has_belt_ripple(&self) -> bool {
         self.target == Target::BeltVelocity
     }
-    fn belt_give(&self, x: &[f64]) -> BeltGive {
+    fn belt_give(&self, x: &[Real]) -> BeltGive {
         BeltGive {
-            displacement: x.first().copied().unwrap_or(0.0),
+            displacement: x.first().copied().unwrap_or(ZERO),
             ..BeltGive::default()
         }
     }
-    fn add_rates(&self, m: &Motion, _contact: &ContactForce, _x: &[f64], rates: &mut [f64]) {
+    fn add_rates(&self, m: &Motion, _contact: &ContactForce, _x: &[Real], rates: &mut [Real]) {
         if let Some(rate) = rates.first_mut() {
             *rate += self.value(m);
         }
@@ -279,12 +284,18 @@ impl Effect for Compiled {
         }
     }
     fn fault(&self, m: &Motion) -> Option<PhysicsError> {
-        let value = self.value(m);
-        (!value.is_finite()).then(|| PhysicsError::Expression {
+        let force = self.value(m);
+        (!force.is_finite()).then(|| PhysicsError::Expression {
             name: self.id.clone(),
             problem: format!(
-                "the formula gives {value} at t = {} s, w = {} m, w_dot = {} m/s, v_r = {} m/s, s = {} m, t_stick = {} s",
-                m.time, m.displacement, m.velocity, m.relative_velocity, m.travel, m.dwell
+                "the formula gives {} at t = {} s, w = {} m, w_dot = {} m/s, v_r = {} m/s, s = {} m, t_stick = {} s",
+                value(force),
+                value(m.time),
+                value(m.displacement),
+                value(m.velocity),
+                value(m.relative_velocity),
+                value(m.travel),
+                value(m.dwell)
             ),
         })
     }

@@ -3,6 +3,7 @@
 use super::series::EffectSeries;
 use super::{Card, Context, Effect, Parameter, Role};
 use crate::error::PhysicsError;
+use crate::real::Real;
 use crate::unit::SECOND_PER_METRE;
 
 /// Describes the effect.
@@ -30,7 +31,7 @@ pub static CARD: Card = Card {
     build,
 };
 
-struct Viscous(f64);
+struct Viscous(Real);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     let &[coefficient] = context.values else {
@@ -44,7 +45,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Viscous {
-    fn friction_slope(&self) -> f64 {
+    fn friction_slope(&self) -> Real {
         self.0
     }
     fn series(&self) -> Option<&dyn EffectSeries> {

@@ -1,33 +1,39 @@
 //! Reads formulas by recursive descent.
 
 use super::{FUNCTIONS, MAX_DEPTH, Op, Problem};
+use crate::real::{Real, ZERO, real, value};
 
 /// -1, 0 or 1; unlike [`f64::signum`], 0 has the sign 0.
-fn sign(x: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { x.signum() }
+fn sign(x: Real) -> Real {
+    if value(x) == 0.0 { ZERO } else { x.signum() }
+}
+
+/// 1 if true, 0 if not.
+fn truth(holds: bool) -> Real {
+    real(f64::from(u8::from(holds)))
 }
 
 fn function(name: &str) -> Option<Op> {
     Some(match name {
-        "sin" => Op::Unary(f64::sin),
-        "cos" => Op::Unary(f64::cos),
-        "tan" => Op::Unary(f64::tan),
-        "asin" => Op::Unary(f64::asin),
-        "acos" => Op::Unary(f64::acos),
-        "atan" => Op::Unary(f64::atan),
-        "atan2" => Op::Binary(f64::atan2),
-        "sinh" => Op::Unary(f64::sinh),
-        "cosh" => Op::Unary(f64::cosh),
-        "tanh" => Op::Unary(f64::tanh),
-        "exp" => Op::Unary(f64::exp),
-        "ln" => Op::Unary(f64::ln),
-        "log10" => Op::Unary(f64::log10),
-        "sqrt" => Op::Unary(f64::sqrt),
-        "abs" => Op::Unary(f64::abs),
+        "sin" => Op::Unary(Real::sin),
+        "cos" => Op::Unary(Real::cos),
+        "tan" => Op::Unary(Real::tan),
+        "asin" => Op::Unary(Real::asin),
+        "acos" => Op::Unary(Real::acos),
+        "atan" => Op::Unary(Real::atan),
+        "atan2" => Op::Binary(Real::atan2),
+        "sinh" => Op::Unary(Real::sinh),
+        "cosh" => Op::Unary(Real::cosh),
+        "tanh" => Op::Unary(Real::tanh),
+        "exp" => Op::Unary(Real::exp),
+        "ln" => Op::Unary(Real::ln),
+        "log10" => Op::Unary(Real::log10),
+        "sqrt" => Op::Unary(Real::sqrt),
+        "abs" => Op::Unary(Real::abs),
         "sign" => Op::Unary(sign),
-        "floor" => Op::Unary(f64::floor),
-        "min" => Op::Binary(f64::min),
-        "max" => Op::Binary(f64::max),
+        "floor" => Op::Unary(Real::floor),
+        "min" => Op::Binary(Real::min),
+        "max" => Op::Binary(Real::max),
         "if" => Op::Choose,
         _ => return None,
     })
@@ -102,10 +108,10 @@ impl Parser<'_> {
             if self.takes(symbol) {
                 self.sum()?;
                 self.emit(Op::Binary(match symbol {
-                    "<=" => |a, b| f64::from(a <= b),
-                    ">=" => |a, b| f64::from(a >= b),
-                    "<" => |a, b| f64::from(a < b),
-                    _ => |a, b| f64::from(a > b),
+                    "<=" => |a, b| truth(a <= b),
+                    ">=" => |a, b| truth(a >= b),
+                    "<" => |a, b| truth(a < b),
+                    _ => |a, b| truth(a > b),
                 }))?;
                 break;
             }
@@ -216,7 +222,7 @@ impl Parser<'_> {
         match rest[..end].parse() {
             Ok(value) if f64::is_finite(value) => {
                 self.at += end;
-                self.emit(Op::Number(value))
+                self.emit(Op::Number(real(value)))
             }
             _ => Err(self.problem(format!("'{}' is not a number", &rest[..end]))),
         }
@@ -234,7 +240,7 @@ impl Parser<'_> {
         }
         if name == "pi" {
             self.at += end;
-            return self.emit(Op::Number(std::f64::consts::PI));
+            return self.emit(Op::Number(real(std::f64::consts::PI)));
         }
         let Some(&(_, count)) = FUNCTIONS.iter().find(|f| f.0 == name) else {
             return Err(self.unknown(name));

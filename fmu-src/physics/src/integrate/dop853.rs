@@ -1,7 +1,8 @@
 //! Dormand-Prince 8(5,3) with a seventh-order interpolant (Hairer, Norsett, Wanner 1993, II.5-II.6).
 
 use super::dop853_coefficients::{A, B, C, D, E3, E5, STAGES, STAGES_EXTENDED};
-use super::{LANES, MAX_STATES, Segment, State, System};
+use super::{LANES, MAX_STATES, Scales, Segment, State, System};
+use crate::real::{Real, ZERO, value};
 
 /// Safety factor of the step control.
 const SAFETY: f64 = 0.9;
@@ -14,7 +15,7 @@ const GROW: f64 = 6.0;
 pub struct Dop853 {
     stages: [State; STAGES_EXTENDED],
     /// Start time of the last accepted step in s.
-    pub start: f64,
+    pub start: Real,
     /// Its length in s.
     pub length: f64,
     /// State at its start.
@@ -30,11 +31,11 @@ pub struct Dop853 {
 impl Default for Dop853 {
     fn default() -> Self {
         Self {
-            stages: [[0.0; MAX_STATES]; STAGES_EXTENDED],
-            start: 0.0,
+            stages: [[ZERO; MAX_STATES]; STAGES_EXTENDED],
+            start: ZERO,
             length: 0.0,
-            x_start: [0.0; MAX_STATES],
-            x_end: [0.0; MAX_STATES],
+            x_start: [ZERO; MAX_STATES],
+            x_end: [ZERO; MAX_STATES],
             next_length: 0.0,
             evaluations: 0,
         }
@@ -47,7 +48,8 @@ pub struct StepTooSmall;
 
 impl Dop853 {
     /// Every number that the next steps depend on, in a fixed order, for saving and restoring.
-    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+    #[cfg(not(feature = "tangent"))]
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut Real> {
         self.stages
             .iter_mut()
             .flatten()
@@ -67,7 +69,7 @@ impl Dop853 {
     }
 
     /// Sets the start of a new piece of motion.
-    pub fn restart(&mut self, system: &impl System, t: f64, x: &State) {
+    pub fn restart(&mut self, system: &impl System, t: Real, x: &State) {
         self.start = t;
         self.length = 0.0;
         self.x_end = *x;
@@ -85,7 +87,7 @@ impl Dop853 {
         &mut self,
         system: &impl System,
         tolerance: f64,
-        scales: &State,
+        scales: &Scales,
     ) -> Result<(), StepTooSmall> {
         let t = self.start + self.length;
         self.x_start = self.x_end;
@@ -93,7 +95,7 @@ impl Dop853 {
         let mut h = self.next_length;
         let mut rejected = false;
         loop {
-            if h.is_nan() || h <= 1e-15 + 8.0 * f64::EPSILON * t.abs() {
+            if h.is_nan() || h <= 1e-15 + 8.0 * f64::EPSILON * value(t).abs() {
                 return Err(StepTooSmall);
             }
             self.attempt(system, t, h);
@@ -123,9 +125,9 @@ impl Dop853 {
         self.length = h;
     }
 
-    fn attempt(&mut self, system: &impl System, t: f64, h: f64) {
+    fn attempt(&mut self, system: &impl System, t: Real, h: f64) {
         let groups = system.dimension().div_ceil(LANES);
-        let mut x = [0.0; MAX_STATES];
+        let mut x = [ZERO; MAX_STATES];
         for i in 1..STAGES {
             self.combine(&A[i][..i], h, groups, &mut x);
             system.rates(t + C[i] * h, &x, &mut self.stages[i]);
@@ -140,10 +142,10 @@ impl Dop853 {
     fn combine(&self, weights: &[f64], h: f64, groups: usize, x: &mut State) {
         for group in 0..groups {
             let lane = group * LANES;
-            let mut sum = [0.0; LANES];
+            let mut sum = [ZERO; LANES];
             for (w, stage) in weights.iter().zip(&self.stages) {
                 if *w != 0.0 {
-                    let k: &[f64; LANES] =
+                    let k: &[Real; LANES] =
                         stage[lane..lane + LANES].try_into().expect("LANES wide");
                     for i in 0..LANES {
                         sum[i] += w * k[i];
@@ -156,15 +158,16 @@ impl Dop853 {
         }
     }
 
-    fn error_norm(&self, dimension: usize, h: f64, tolerance: f64, scales: &State) -> f64 {
+    fn error_norm(&self, dimension: usize, h: f64, tolerance: f64, scales: &Scales) -> f64 {
         let (mut five, mut three) = (0.0, 0.0);
         for i in 0..dimension {
             let (mut e5, mut e3) = (0.0, 0.0);
             for (s, stage) in self.stages[..=STAGES].iter().enumerate() {
-                e5 += E5[s] * stage[i];
-                e3 += E3[s] * stage[i];
+                e5 += E5[s] * value(stage[i]);
+                e3 += E3[s] * value(stage[i]);
             }
-            let scale = tolerance * (self.x_start[i].abs().max(self.x_end[i].abs()) + scales[i]);
+            let scale = tolerance
+                * (value(self.x_start[i]).abs().max(value(self.x_end[i]).abs()) + scales[i]);
             five += (e5 / scale).powi(2);
             three += (e3 / scale).powi(2);
         }
@@ -180,7 +183,7 @@ impl Dop853 {
         let (t, h) = (self.start, self.length);
         let dimension = system.dimension();
         let groups = dimension.div_ceil(LANES);
-        let mut x = [0.0; MAX_STATES];
+        let mut x = [ZERO; MAX_STATES];
         for i in STAGES + 1..STAGES_EXTENDED {
             self.combine(&A[i][..i], h, groups, &mut x);
             system.rates(t + C[i] * h, &x, &mut self.stages[i]);
@@ -198,17 +201,17 @@ impl Dop853 {
                 delta,
                 h * self.stages[0][i] - delta,
                 2.0 * delta - h * (self.stages[STAGES][i] + self.stages[0][i]),
-                0.0,
-                0.0,
-                0.0,
-                0.0,
+                ZERO,
+                ZERO,
+                ZERO,
+                ZERO,
             ];
             for (row, value) in D.iter().zip(&mut f[4..]) {
                 *value = h * row
                     .iter()
                     .zip(&self.stages)
                     .map(|(d, k)| d * k[i])
-                    .sum::<f64>();
+                    .sum::<Real>();
             }
             for (power, c) in to_monomials(&f).into_iter().enumerate() {
                 out.coefficients[power][i] = c;
@@ -218,8 +221,8 @@ impl Dop853 {
 }
 
 /// Turns Hairer's nested form `f0 + s (f1 + (1-s) (f2 + s (f3 + ...)))` into powers of s.
-fn to_monomials(f: &[f64; 8]) -> [f64; 8] {
-    let mut p = [0.0; 8];
+fn to_monomials(f: &[Real; 8]) -> [Real; 8] {
+    let mut p = [ZERO; 8];
     for k in (1..8).rev() {
         p[0] += f[k];
         // Multiply by s for odd k and by 1 - s for even k, from the highest power down.
@@ -231,14 +234,14 @@ fn to_monomials(f: &[f64; 8]) -> [f64; 8] {
             };
         }
         if k % 2 == 1 {
-            p[0] = 0.0;
+            p[0] = ZERO;
         }
     }
     p[0] += f[0];
     p
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -5,6 +5,7 @@
 
 use super::series::Series;
 use super::{LANES, MAX_DEGREE, MAX_STATES, Segment, State, System};
+use crate::real::{Real, ZERO, real, value};
 
 /// Degree at which the series is cut.
 const DEGREE: usize = MAX_DEGREE;
@@ -37,6 +38,18 @@ pub struct LinearOutput {
 }
 
 impl LinearOutput {
+    /// Largest magnitude that the polynomial over the step from `x` can have: the sum of its coefficients' magnitudes.
+    #[inline]
+    pub fn bound(&self, x: &State) -> f64 {
+        let mut sum: [f64; MAX_DEGREE + 1] = self.constant.map(value);
+        for (column, x) in self.columns.iter().zip(x) {
+            for (s, c) in sum.iter_mut().zip(column) {
+                *s += value(*c) * value(*x);
+            }
+        }
+        sum.iter().rev().fold(0.0, |sum, c| sum + c.abs())
+    }
+
     /// The polynomial over the step that starts from `x`.
     #[inline]
     pub fn polynomial(&self, x: &State) -> Series {
@@ -53,7 +66,8 @@ impl LinearOutput {
 impl LinearSystem {
     /// Every coefficient, in a fixed order, for saving and restoring; after a change
     /// [`LinearSystem::prepare`] is due.
-    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+    #[cfg(not(feature = "tangent"))]
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut Real> {
         self.columns
             .iter_mut()
             .flatten()
@@ -64,15 +78,15 @@ impl LinearSystem {
     /// Reads the coefficients off a system that is known to be linear: `A e_i = f(e_i) - f(0)`.
     ///
     /// `frequency` is the highest angular frequency (or rate) in rad/s of the motion.
-    pub fn probe(system: &impl System, t: f64, frequency: f64) -> Self {
+    pub fn probe(system: &impl System, t: Real, frequency: f64) -> Self {
         let dimension = system.dimension();
-        let mut constant = [0.0; MAX_STATES];
-        system.rates(t, &[0.0; MAX_STATES], &mut constant);
+        let mut constant = [ZERO; MAX_STATES];
+        system.rates(t, &[ZERO; MAX_STATES], &mut constant);
         let columns = (0..dimension)
             .map(|column| {
-                let mut x = [0.0; MAX_STATES];
-                let mut rates = [0.0; MAX_STATES];
-                x[column] = 1.0;
+                let mut x = [ZERO; MAX_STATES];
+                let mut rates = [ZERO; MAX_STATES];
+                x[column] = real(1.0);
                 system.rates(t, &x, &mut rates);
                 for (rate, at_rest) in rates.iter_mut().zip(&constant) {
                     *rate -= at_rest;
@@ -86,8 +100,8 @@ impl LinearSystem {
             constant,
             step: REACH / frequency,
             response: Vec::with_capacity(dimension + 1),
-            end_columns: vec![[0.0; MAX_STATES]; dimension],
-            end_constant: [0.0; MAX_STATES],
+            end_columns: vec![[ZERO; MAX_STATES]; dimension],
+            end_constant: [ZERO; MAX_STATES],
         };
         system.prepare();
         system
@@ -95,18 +109,18 @@ impl LinearSystem {
 
     /// Works out what one step does.
     pub fn prepare(&mut self) {
-        let zero = [0.0; MAX_STATES];
+        let zero = [ZERO; MAX_STATES];
         self.response.clear();
         for i in 0..=self.dimension {
-            let mut motion = Segment::point(0.0, &zero, self.dimension);
+            let mut motion = Segment::point(ZERO, &zero, self.dimension);
             let mut unit = zero;
             if i < self.dimension {
-                unit[i] = 1.0;
+                unit[i] = real(1.0);
                 self.expand(&unit, &zero, &mut motion);
-                motion.state_at(1.0, &mut self.end_columns[i]);
+                motion.state_at(real(1.0), &mut self.end_columns[i]);
             } else {
                 self.expand(&zero, &self.constant, &mut motion);
-                motion.state_at(1.0, &mut self.end_constant);
+                motion.state_at(real(1.0), &mut self.end_constant);
             }
             self.response.push(motion);
         }
@@ -127,7 +141,7 @@ impl LinearSystem {
     }
 
     /// The quantity `offset + row x` over a step.
-    pub fn output(&self, row: &State, offset: f64) -> LinearOutput {
+    pub fn output(&self, row: &State, offset: Real) -> LinearOutput {
         let (units, forced) = self.response.split_at(self.dimension);
         LinearOutput {
             columns: units.iter().map(|unit| unit.combine(row, &[])).collect(),
@@ -136,7 +150,7 @@ impl LinearSystem {
     }
 
     /// Begins a segment of one step without its polynomials, which [`LinearSystem::segment`] works out.
-    pub fn begin(&self, t: f64, x: &State, out: &mut Segment) {
+    pub fn begin(&self, t: Real, x: &State, out: &mut Segment) {
         out.start = t;
         out.end = t + self.step;
         out.length = self.step;
@@ -146,7 +160,7 @@ impl LinearSystem {
     }
 
     /// The motion from state `x` at time `t` as a segment of one step.
-    pub fn segment(&self, t: f64, x: &State, out: &mut Segment) {
+    pub fn segment(&self, t: Real, x: &State, out: &mut Segment) {
         self.begin(t, x, out);
         for lane in (0..self.dimension.div_ceil(LANES)).map(|group| group * LANES) {
             for (power, next) in out.coefficients.iter_mut().enumerate().skip(1) {
@@ -164,7 +178,7 @@ impl LinearSystem {
 
     /// The series from state `x`: each term follows from the one before by a product with A.
     fn expand(&self, x: &State, constant: &State, out: &mut Segment) {
-        self.begin(0.0, x, out);
+        self.begin(ZERO, x, out);
         for power in 1..=DEGREE {
             let (done, rest) = out.coefficients.split_at_mut(power);
             let (last, next) = (&done[power - 1], &mut rest[0]);
@@ -172,7 +186,7 @@ impl LinearSystem {
             *next = if power == 1 {
                 *constant
             } else {
-                [0.0; MAX_STATES]
+                [ZERO; MAX_STATES]
             };
             for (column, value) in self.columns.iter().zip(last) {
                 for i in 0..self.dimension {
@@ -185,11 +199,11 @@ impl LinearSystem {
 }
 
 #[inline]
-fn lanes(x: &State, lane: usize) -> [f64; LANES] {
+fn lanes(x: &State, lane: usize) -> [Real; LANES] {
     x[lane..lane + LANES].try_into().expect("LANES wide")
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -1,5 +1,6 @@
 //! Integration of smooth pieces of motion; knows only its own trait [`System`].
 
+use crate::real::{Real, ZERO};
 pub mod dop853;
 mod dop853_coefficients;
 pub mod linear;
@@ -8,18 +9,25 @@ pub mod series;
 pub mod taylor;
 
 /// Most states a model may have; a multiple of [`LANES`].
-pub const MAX_STATES: usize = 24;
+pub const MAX_STATES: usize = if cfg!(feature = "tangent") {
+    // Derivatives make a state nine times as large, and every step copies some.
+    12
+} else {
+    24
+};
 /// States are processed in groups of this size, so that the compiler can use vector instructions.
 pub const LANES: usize = 4;
 /// A state vector; entries beyond the dimension are zero.
-pub type State = [f64; MAX_STATES];
+pub type State = [Real; MAX_STATES];
+/// Magnitudes of the states.
+pub type Scales = [f64; MAX_STATES];
 
 /// A smooth system `x' = f(t, x)`.
 pub trait System {
     /// Number of states.
     fn dimension(&self) -> usize;
     /// Writes the rates f(t, x).
-    fn rates(&self, t: f64, x: &State, rates: &mut State);
+    fn rates(&self, t: Real, x: &State, rates: &mut State);
 }
 
 /// Highest degree of a segment's polynomials.
@@ -29,9 +37,9 @@ pub const MAX_DEGREE: usize = 20;
 #[derive(Debug, Clone)]
 pub struct Segment {
     /// Start time in s.
-    pub start: f64,
+    pub start: Real,
     /// End time in s up to which the segment is to be used.
-    pub end: f64,
+    pub end: Real,
     /// Length in s on which theta runs from 0 to 1; `end - start` or more.
     pub length: f64,
     /// Degree of the polynomials.
@@ -44,8 +52,8 @@ pub struct Segment {
 
 impl Segment {
     /// A segment of no length at a given state.
-    pub fn point(t: f64, x: &State, dimension: usize) -> Self {
-        let mut coefficients = [[0.0; MAX_STATES]; MAX_DEGREE + 1];
+    pub fn point(t: Real, x: &State, dimension: usize) -> Self {
+        let mut coefficients = [[ZERO; MAX_STATES]; MAX_DEGREE + 1];
         coefficients[0] = *x;
         Self {
             start: t,
@@ -59,21 +67,41 @@ impl Segment {
 
     /// The normalised time of `t`.
     #[inline]
-    pub fn theta(&self, t: f64) -> f64 {
+    pub fn theta(&self, t: Real) -> Real {
         (t - self.start) / self.length
     }
 
+    /// State at normalised time `theta`: of the place, its derivative alone is needed.
+    #[cfg(feature = "tangent")]
+    pub fn state_at(&self, theta: Real, x: &mut State) {
+        use crate::real::value;
+        let at = value(theta);
+        let moves = !theta.slope.is_none();
+        for i in 0..self.dimension {
+            let (mut sum, mut rise) = (self.coefficients[self.degree][i], 0.0);
+            for row in self.coefficients[..self.degree].iter().rev() {
+                rise = rise * at + value(sum);
+                sum = sum * at + row[i];
+            }
+            x[i] = sum;
+            if moves {
+                x[i] += rise * (theta - at);
+            }
+        }
+    }
+
     /// State at normalised time `theta`, by Horner's rule on the even and the odd powers.
+    #[cfg(not(feature = "tangent"))]
     #[inline]
-    pub fn state_at(&self, theta: f64, x: &mut State) {
+    pub fn state_at(&self, theta: Real, x: &mut State) {
         let square = theta * theta;
         for group in 0..self.dimension.div_ceil(LANES) {
             let lane = group * LANES;
-            let coefficient = |power: usize| -> &[f64; LANES] {
+            let coefficient = |power: usize| -> &[Real; LANES] {
                 let c = &self.coefficients[power][lane..lane + LANES];
                 c.try_into().expect("LANES wide")
             };
-            let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+            let (mut even, mut odd) = ([ZERO; LANES], [ZERO; LANES]);
             let pairs = self.degree.div_ceil(2);
             if self.degree.is_multiple_of(2) {
                 even = *coefficient(self.degree);
@@ -93,12 +121,15 @@ impl Segment {
 
     /// The polynomial of `offset(theta) + sum_i row_i x_i`, for an offset given by its coefficients; the row may be
     /// longer than there are states.
-    pub fn combine(&self, row: &[f64], offset: &[f64]) -> [f64; MAX_DEGREE + 1] {
-        let mut out = [0.0; MAX_DEGREE + 1];
+    pub fn combine(&self, row: &[Real], offset: &[Real]) -> [Real; MAX_DEGREE + 1] {
+        let mut out = [ZERO; MAX_DEGREE + 1];
         out[..offset.len()].copy_from_slice(offset);
-        for (sum, c) in out.iter_mut().zip(&self.coefficients).take(self.degree + 1) {
-            for (r, x) in row.iter().zip(&c[..self.dimension]) {
-                *sum += r * x;
+        for (i, r) in row.iter().enumerate().take(self.dimension) {
+            if *r == 0.0 {
+                continue;
+            }
+            for (sum, c) in out.iter_mut().zip(&self.coefficients).take(self.degree + 1) {
+                *sum += r * c[i];
             }
         }
         out

@@ -1,7 +1,10 @@
 //! The first sign change of a polynomial on an interval, none missed.
 
 use super::MAX_DEGREE;
-use super::series::Series;
+use crate::real::{Real, polynomial, root, values};
+
+/// Values of the coefficients, power by power.
+type Values = [f64; MAX_DEGREE + 1];
 
 /// Interval halvings after which a touch without a sign change counts as no crossing.
 const MAX_DEPTH: u32 = 48;
@@ -12,8 +15,9 @@ const MAX_DEPTH: u32 = 48;
 /// Rigorous: an interval is dropped only if the Taylor coefficients about its middle prove that the
 /// polynomial can't reach zero in it, and a root is sought only where they prove it monotone
 /// (mean-value form, Moore 1966).
-pub fn first_below_zero(c: &[f64], low: f64, high: f64) -> Option<f64> {
-    search(c, low, high, 0)
+pub fn first_below_zero(c: &[Real], low: f64, high: f64) -> Option<Real> {
+    let theta = search(&values(c)[..c.len()], low, high, 0)?;
+    Some(root(theta, |theta| polynomial(c, theta)))
 }
 
 /// Value of the polynomial.
@@ -54,7 +58,7 @@ fn search(c: &[f64], low: f64, high: f64, depth: u32) -> Option<f64> {
 }
 
 /// Binomial coefficients, `BINOMIAL[j][k]` = j over k.
-const BINOMIAL: [Series; MAX_DEGREE + 1] = {
+const BINOMIAL: [Values; MAX_DEGREE + 1] = {
     let mut table = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     let mut j = 0;
     while j <= MAX_DEGREE {
@@ -71,7 +75,7 @@ const BINOMIAL: [Series; MAX_DEGREE + 1] = {
 
 /// Taylor coefficients about `middle` > 0 in units of `radius`:
 /// `a_k = (radius/middle)^k sum (j over k) c_j middle^j`.
-fn about(c: &[f64], middle: f64, radius: f64) -> Series {
+fn about(c: &[f64], middle: f64, radius: f64) -> Values {
     let mut out = [0.0; MAX_DEGREE + 1];
     let mut power = 1.0;
     for (j, a) in c.iter().enumerate() {
@@ -124,7 +128,7 @@ fn value_and_slope(c: &[f64], theta: f64) -> (f64, f64) {
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -5,12 +5,13 @@
 //! be expanded as it goes (Moore 1966, ch. 11; Jorba and Zou 2005, Experimental Mathematics 14:99, sect. 2.1).
 
 use super::MAX_DEGREE;
+use crate::real::{Real, ZERO, values};
 
 /// Coefficients, power by power.
-pub type Series = [f64; MAX_DEGREE + 1];
+pub type Series = [Real; MAX_DEGREE + 1];
 
 /// 1/k, except for k = 0.
-pub const RECIPROCAL: Series = {
+pub const RECIPROCAL: [f64; MAX_DEGREE + 1] = {
     let mut r = [0.0; MAX_DEGREE + 1];
     let mut k = 1;
     while k <= MAX_DEGREE {
@@ -21,8 +22,9 @@ pub const RECIPROCAL: Series = {
 };
 
 /// Coefficient `k` of the product `a b`: `sum a_i b_(k-i)`.
-#[inline]
-pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
+#[cfg_attr(feature = "tangent", inline(always))]
+#[cfg_attr(not(feature = "tangent"), inline)]
+pub fn product(a: &Series, b: &Series, k: usize) -> Real {
     match k {
         0 => a[0] * b[0],
         _ => a[0] * b[k] + a[k] * b[0] + convolve(&a[1..k], &b[1..k]),
@@ -32,22 +34,25 @@ pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
 /// Coefficient `k >= 1` of a function `f` of the series `u` with `f' = g u'`, where `g` is known up to
 /// power `k - 1`: `sum i u_i g_(k-i) / k` over i = 1 .. k. The exponential has `g = f`, the sine
 /// `g` = cosine. `slope` holds the `i u_i`.
-#[inline]
-pub fn chained(g: &Series, slope: &Series, k: usize) -> f64 {
+#[cfg_attr(feature = "tangent", inline(always))]
+#[cfg_attr(not(feature = "tangent"), inline)]
+pub fn chained(g: &Series, slope: &Series, k: usize) -> Real {
     crossed(slope, g, k) * RECIPROCAL[k]
 }
 
 /// Coefficient `k` of the quotient `a / b` whose lower coefficients are in `quotient`; `b_0` is not 0.
-#[inline]
-pub fn quotient(a: f64, b: &Series, quotient: &Series, k: usize) -> f64 {
+#[cfg_attr(feature = "tangent", inline(always))]
+#[cfg_attr(not(feature = "tangent"), inline)]
+pub fn quotient(a: Real, b: &Series, quotient: &Series, k: usize) -> Real {
     (a - crossed(b, quotient, k)) / b[0]
 }
 
 /// `sum a_i b_(k-i)` over i = 1 .. k.
-#[inline]
-fn crossed(a: &Series, b: &Series, k: usize) -> f64 {
+#[cfg_attr(feature = "tangent", inline(always))]
+#[cfg_attr(not(feature = "tangent"), inline)]
+fn crossed(a: &Series, b: &Series, k: usize) -> Real {
     match k {
-        0 => 0.0,
+        0 => ZERO,
         1 => a[1] * b[0],
         _ => a[1] * b[k - 1] + a[k] * b[0] + convolve(&a[2..k], &b[1..k - 1]),
     }
@@ -56,15 +61,17 @@ fn crossed(a: &Series, b: &Series, k: usize) -> f64 {
 /// `sum a_i b_(n-1-i)` of lists of the same length n.
 ///
 /// Callers add the terms that were found last themselves: a sum that begins with one would keep waiting for it.
-#[inline]
-fn convolve(a: &[f64], b: &[f64]) -> f64 {
+#[cfg_attr(feature = "tangent", inline(always))]
+#[cfg_attr(not(feature = "tangent"), inline)]
+fn convolve(a: &[Real], b: &[Real]) -> Real {
     a.iter().zip(b.iter().rev()).map(|(x, y)| x * y).sum()
 }
 
 /// Whether the series up to `degree` certainly is not negative on `[0, theta]`.
 ///
 /// Its linear part is so far above zero at both ends as all further negative terms can take away.
-pub fn stays_positive(f: &[f64], theta: f64) -> bool {
+pub fn stays_positive(f: &[Real], theta: f64) -> bool {
+    let f = values(f);
     let taken = f[2..]
         .iter()
         .rev()
@@ -83,7 +90,7 @@ pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
     stays_positive(&mirrored[..=degree], theta)
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -1,6 +1,7 @@
 //! One step by the Taylor series of the solution; its polynomial is the dense output.
 
-use super::{MAX_DEGREE, MAX_STATES, Segment, State};
+use super::{MAX_DEGREE, MAX_STATES, Scales, Segment, State};
+use crate::real::value;
 
 /// Lowest degree in use.
 const MIN_DEGREE: usize = 8;
@@ -31,6 +32,7 @@ pub fn degree(tolerance: f64) -> usize {
 
 /// Expands the solution from the state and time at which `segment` starts, in units of
 /// `segment.length` in s, to `degree`.
+#[cfg_attr(feature = "tangent", inline(always))]
 pub fn expand(system: &mut impl SeriesSystem, degree: usize, segment: &mut Segment) {
     segment.degree = degree;
     segment.dimension = system.dimension();
@@ -43,14 +45,14 @@ pub fn expand(system: &mut impl SeriesSystem, degree: usize, segment: &mut Segme
 /// terms to grow to a tenth of `tolerance (|x_i| + scale_i)` in any state ends the step (Jorba and Zou 2005, eq. 3-8).
 ///
 /// What is left out is less than that by the ratio of the step to the radius of convergence.
-pub fn reach(segment: &Segment, tolerance: f64, scales: &State) -> f64 {
+pub fn reach(segment: &Segment, tolerance: f64, scales: &Scales) -> f64 {
     let c = &segment.coefficients;
     let mut weight = [0.0; MAX_STATES];
     for i in 0..segment.dimension {
-        weight[i] = 1.0 / (c[0][i].abs() + scales[i]);
+        weight[i] = 1.0 / (value(c[0][i]).abs() + scales[i]);
     }
     let largest = |power: usize| {
-        (0..segment.dimension).fold(0.0, |m: f64, i| m.max(c[power][i].abs() * weight[i]))
+        (0..segment.dimension).fold(0.0, |m: f64, i| m.max(value(c[power][i]).abs() * weight[i]))
     };
     // The smaller of the roots (SAFETY tolerance / largest)^(1/power), by way of its logarithm.
     let end = |power: usize| (SAFETY * tolerance / largest(power)).ln() / power as f64;

@@ -12,7 +12,8 @@ use crate::effects::series::Series;
 use crate::friction::FrictionLaw;
 use crate::friction::series::ExponentialSum;
 use crate::integrate::taylor;
-use crate::integrate::{MAX_DEGREE, Segment, State};
+use crate::integrate::{MAX_DEGREE, Scales, Segment};
+use crate::real::{Real, ZERO, value};
 use base::BaseSeries;
 use full::FullSeries;
 pub(super) use users::Users;
@@ -26,7 +27,7 @@ const MAX_FACTORS: usize = 6;
 const MAX_PARTS: usize = 16;
 /// Share of the static limit in the terms left out, from which on they do not matter.
 const ROUNDING: f64 = 1e-13;
-const NONE: Series = [0.0; MAX_DEGREE + 1];
+const NONE: Series = [ZERO; MAX_DEGREE + 1];
 
 /// The friction law as a sum of exponentials, if all effects have power series too, and which of them use
 /// which hook; gives each effect the place of its registers.
@@ -46,6 +47,24 @@ pub(super) fn exponential_sum(
     let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
     let law = law.exponential_sum().filter(|_| fits)?;
     Some((law, Users::of(effects)))
+}
+
+/// [`taylor::expand`]; with derivatives for each instruction set, as these are what vectors are made for.
+#[cfg_attr(
+    feature = "tangent",
+    multiversion::multiversion(targets("x86_64+avx2+fma"))
+)]
+fn expand_base(system: &mut BaseSeries, degree: usize, segment: &mut Segment) {
+    taylor::expand(system, degree, segment);
+}
+
+/// As [`expand_base`], with effects.
+#[cfg_attr(
+    feature = "tangent",
+    multiversion::multiversion(targets("x86_64+avx2+fma"))
+)]
+fn expand_full(system: &mut FullSeries, degree: usize, segment: &mut Segment) {
+    taylor::expand(system, degree, segment);
 }
 
 /// What decides on break-away during a stretch of stick, as polynomials in theta, valid up to the degree of the
@@ -72,7 +91,7 @@ impl Model {
         &self,
         mode: ContactMode,
         tolerance: f64,
-        scales: &State,
+        scales: &Scales,
         segment: &mut Segment,
         room: &mut Workspace,
     ) -> Option<f64> {
@@ -81,13 +100,13 @@ impl Model {
         let degree = taylor::degree(tolerance);
         if self.plain_slip {
             let mut system = BaseSeries::new(self, law, mode, segment.start, room);
-            taylor::expand(&mut system, degree, segment);
+            expand_base(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
             system.holds(reach).then_some(reach)
         } else {
             let mut system = FullSeries::new(self, law, mode, segment, room);
-            taylor::expand(&mut system, degree, segment);
+            expand_full(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
             system.holds(degree - 1, reach).then_some(reach)
@@ -98,7 +117,7 @@ impl Model {
     pub fn expand_stick(
         &self,
         tolerance: f64,
-        scales: &State,
+        scales: &Scales,
         segment: &mut Segment,
         room: &mut Workspace,
     ) -> Option<Stick> {
@@ -106,9 +125,9 @@ impl Model {
         segment.length = self.series_unit;
         let degree = taylor::degree(tolerance);
         let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment, room);
-        taylor::expand(&mut system, degree, segment);
+        expand_full(&mut system, degree, segment);
         let reach = taylor::reach(segment, tolerance, scales);
-        system.advance(degree, &segment.coefficients, &mut [0.0; MAX_MODES]);
+        system.advance(degree, &segment.coefficients, &mut [ZERO; MAX_MODES]);
         self.checked(&system, degree, reach, tolerance)
     }
 
@@ -117,7 +136,7 @@ impl Model {
         let law = self.exponential_sum.as_ref()?;
         let mut system = FullSeries::new(self, law, ContactMode::Stuck, segment, room);
         for k in 0..=segment.degree {
-            system.advance(k, &segment.coefficients, &mut [0.0; MAX_MODES]);
+            system.advance(k, &segment.coefficients, &mut [ZERO; MAX_MODES]);
         }
         self.checked(&system, segment.degree, 1.0, ROUNDING)
     }
@@ -131,9 +150,9 @@ impl Model {
         tolerance: f64,
     ) -> Option<Stick> {
         let limit = *system.capacity();
-        let last = |power: usize| limit[power].abs() * reach.powi(power as i32);
+        let last = |power: usize| value(limit[power]).abs() * reach.powi(power as i32);
         let left_out = last(degree).max(last(degree - 1));
-        let good = left_out <= tolerance * limit[0].abs() && system.holds(degree, reach);
+        let good = left_out <= tolerance * value(limit[0]).abs() && system.holds(degree, reach);
         good.then_some(Stick {
             reach,
             force: system.room.force,
@@ -142,7 +161,7 @@ impl Model {
     }
 
     /// Coefficients of the given belt velocity and normal force in units of `unit` in s, powers 0 and 1.
-    fn given(&self, t: f64, unit: f64) -> [[f64; 2]; 2] {
+    fn given(&self, t: Real, unit: f64) -> [[Real; 2]; 2] {
         let i = &self.inputs;
         [
             [i.belt_velocity_at(t), i.belt_acceleration * unit],

@@ -6,6 +6,7 @@ use crate::error::PhysicsError;
 use crate::integrate::MAX_STATES;
 use crate::integrate::roots::first_below_zero;
 use crate::integrate::series::stays_positive;
+use crate::real::{ZERO, real, value};
 
 impl Simulation {
     /// One step of slip by its series, ended early where v_r comes back to zero; `turned` where the
@@ -43,8 +44,8 @@ impl Simulation {
         } else {
             first_below_zero(&gap[..=degree], 0.0, reach)
         };
-        let mut x = [0.0; MAX_STATES];
-        self.segment.state_at(reach, &mut x);
+        let mut x = [ZERO; MAX_STATES];
+        self.segment.state_at(real(reach), &mut x);
         self.segment.end = t + reach * self.segment.length;
         if self.model.has_memory() && !self.departed && !turned {
             // A law with memory has no break-away force that tells the direction of slip from rest.
@@ -72,6 +73,6 @@ impl Simulation {
 
     /// Whether a step up to `reach` advances time by more than its resolution.
     pub(super) fn is_far_enough(&self, reach: f64) -> bool {
-        reach * self.segment.length > 1e-15 + 8.0 * f64::EPSILON * self.segment.start.abs()
+        reach * self.segment.length > 1e-15 + 8.0 * f64::EPSILON * value(self.segment.start).abs()
     }
 }

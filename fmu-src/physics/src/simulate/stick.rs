@@ -9,6 +9,7 @@ use crate::integrate::roots::first_below_zero;
 use crate::integrate::series::stays_positive;
 use crate::integrate::{MAX_DEGREE, MAX_STATES};
 use crate::model::Model;
+use crate::real::{Real, ZERO, real, root, value};
 use std::sync::Arc;
 
 /// Relative velocity in m/s with which slip leaves stick. At break-away friction balances the motion,
@@ -25,14 +26,14 @@ pub(super) struct StickSystem {
 
 impl StickSystem {
     /// Adds the constraint force to linear equations read at time `t` in s.
-    pub(super) fn new(linear: LinearSystem, model: &Model, t: f64) -> Self {
-        let mut probe = [0.0; MAX_STATES];
+    pub(super) fn new(linear: LinearSystem, model: &Model, t: Real) -> Self {
+        let mut probe = [ZERO; MAX_STATES];
         let offset = model.constraint_force(t, &probe);
-        let mut row = [0.0; MAX_STATES];
+        let mut row = [ZERO; MAX_STATES];
         for i in 0..model.dimension() {
-            probe[i] = 1.0;
+            probe[i] = real(1.0);
             row[i] = model.constraint_force(t, &probe) - offset;
-            probe[i] = 0.0;
+            probe[i] = ZERO;
         }
         Self {
             force: linear.output(&row, offset),
@@ -98,8 +99,8 @@ impl Simulation {
         match self.break_away_of_samples() {
             Some(theta) => self.break_away(theta),
             None => {
-                let mut x = [0.0; MAX_STATES];
-                self.segment.state_at(1.0, &mut x);
+                let mut x = [ZERO; MAX_STATES];
+                self.segment.state_at(real(1.0), &mut x);
                 self.stay(x);
             }
         }
@@ -120,6 +121,11 @@ impl Simulation {
         let end = system.linear.end_of_step(&x);
         let root = if self.model.keeps_limit_constant() {
             let limit = self.model.static_limit(self.front, &x);
+            // With derivatives the polynomial costs more than the look at its values that spares it.
+            if cfg!(feature = "tangent") && system.force.bound(&x) < value(limit) {
+                self.stay(end);
+                return;
+            }
             earliest(&system.force.polynomial(&x), &[limit], 1.0)
         } else {
             self.ready_segment();
@@ -163,8 +169,8 @@ impl Simulation {
         ) {
             Some(theta) => self.break_away(theta),
             None => {
-                let mut x = [0.0; MAX_STATES];
-                self.segment.state_at(stick.reach, &mut x);
+                let mut x = [ZERO; MAX_STATES];
+                self.segment.state_at(real(stick.reach), &mut x);
                 self.stay(x);
             }
         }
@@ -181,15 +187,15 @@ impl Simulation {
     }
 
     /// Goes on sticking in state `x` at the end of the segment.
-    fn stay(&mut self, x: [f64; MAX_STATES]) {
+    fn stay(&mut self, x: [Real; MAX_STATES]) {
         self.front = self.segment.end;
         self.front_state = x;
         self.end = End::Smooth;
     }
 
     /// Ends the segment at `theta`, where the constraint force reaches its limit.
-    fn break_away(&mut self, theta: f64) {
-        let mut x = [0.0; MAX_STATES];
+    fn break_away(&mut self, theta: Real) {
+        let mut x = [ZERO; MAX_STATES];
         self.segment.state_at(theta, &mut x);
         let t = self.segment.start + theta * self.segment.length;
         let force = self.model.constraint_force(t, &x);
@@ -197,7 +203,7 @@ impl Simulation {
         self.front_mode = ContactMode::slip_towards(-force);
         self.model.on_break_away(&mut x);
         self.model
-            .push(self.front_mode.sign() * DEPARTURE_VELOCITY, &mut x);
+            .push(real(self.front_mode.sign() * DEPARTURE_VELOCITY), &mut x);
         self.segment.end = t;
         self.front = t;
         self.front_state = x;
@@ -213,20 +219,21 @@ impl Simulation {
 
     /// Break-away where the limit or the force is any smooth function: interpolated at Chebyshev nodes
     /// over the segment, searched as a polynomial, and polished on the function itself.
-    fn break_away_of_samples(&self) -> Option<f64> {
+    fn break_away_of_samples(&self) -> Option<Real> {
         let s = &self.segment;
-        let gap = |theta: f64, side: f64| {
-            let mut x = [0.0; MAX_STATES];
+        let gap = |theta: Real, side: f64| {
+            let mut x = [ZERO; MAX_STATES];
             s.state_at(theta, &mut x);
             let t = s.start + theta * s.length;
             self.model.static_limit(t, &x) - side * self.model.constraint_force(t, &x)
         };
-        let mut found: Option<f64> = None;
+        let mut found: Option<Real> = None;
         for side in [1.0, -1.0] {
-            let polynomial = interpolate(|theta| gap(theta, side));
-            let high = found.unwrap_or(1.0);
+            let polynomial = interpolate(|theta| gap(real(theta), side));
+            let high = found.map_or(1.0, value);
             if let Some(theta) = first_below_zero(&polynomial, 0.0, high) {
-                found = Some(polish(theta, |theta| gap(theta, side)));
+                let theta = polish(value(theta), |theta| value(gap(real(theta), side)));
+                found = Some(root(theta, |theta| gap(theta, side)));
             }
         }
         found
@@ -235,15 +242,19 @@ impl Simulation {
 
 /// The earliest of the two ways in which |force| can exceed `limit` on theta in (0, end]; both are
 /// polynomials.
-fn earliest(force: &[f64], limit: &[f64], end: f64) -> Option<f64> {
+fn earliest(force: &[Real], limit: &[Real], end: f64) -> Option<Real> {
     // Most pieces of stick stay far below the limit, which sums of magnitudes prove.
-    let largest = |f: &[f64]| f.iter().rev().fold(0.0, |sum, c| sum * end + c.abs());
+    let largest = |f: &[Real]| {
+        f.iter()
+            .rev()
+            .fold(0.0, |sum, c| sum * end + value(*c).abs())
+    };
     if largest(force) < limit[0] - largest(&limit[1..]) * end {
         return None;
     }
-    let mut gap = [0.0; MAX_DEGREE + 1];
+    let mut gap = [ZERO; MAX_DEGREE + 1];
     let n = force.len();
-    let mut found: Option<f64> = None;
+    let mut found: Option<Real> = None;
     for side in [1.0, -1.0] {
         for (g, f) in gap.iter_mut().zip(force) {
             *g = -side * f;
@@ -251,7 +262,7 @@ fn earliest(force: &[f64], limit: &[f64], end: f64) -> Option<f64> {
         for (g, l) in gap.iter_mut().zip(limit) {
             *g += l;
         }
-        let high = found.unwrap_or(end);
+        let high = found.map_or(end, value);
         if !stays_positive(&gap[..n], high) {
             found = first_below_zero(&gap[..n], 0.0, high).or(found);
         }

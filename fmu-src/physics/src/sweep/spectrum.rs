@@ -73,7 +73,7 @@ pub fn main_frequency(spectrum: &Spectrum) -> Option<f64> {
     Some((peak as f64 + shift) * spectrum.resolution)
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;

@@ -8,30 +8,32 @@ use crate::integrate::series::RECIPROCAL;
 use crate::integrate::taylor::SeriesSystem;
 use crate::integrate::{MAX_DEGREE, State};
 use crate::model::Model;
+use crate::real::{Real, ZERO};
 
 /// The reference model in slip. Signs and factors are folded into the coefficients beforehand, because
 /// each power waits for the one before.
 pub(super) struct BaseSeries<'a> {
     model: &'a Model,
-    belt_velocity: [f64; 2],
-    normal_force: [f64; 2],
+    belt_velocity: [Real; 2],
+    normal_force: [Real; 2],
     /// Sliding speed per modal velocity.
-    row: [f64; MAX_MODES],
+    row: [Real; MAX_MODES],
     /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
-    drive: [f64; MAX_MODES],
+    drive: [Real; MAX_MODES],
     friction: CoefficientSeries<'a>,
     room: &'a mut Workspace,
     /// Coefficient of friction of the power before.
-    mu_before: f64,
+    mu_before: Real,
 }
 
 impl<'a> BaseSeries<'a> {
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     pub(super) fn new(
         model: &'a Model,
         law: &'a ExponentialSum,
         mode: ContactMode,
-        t: f64,
+        t: Real,
         room: &'a mut Workspace,
     ) -> Self {
         let [mut belt_velocity, normal_force] = model.given(t, model.series_unit);
@@ -46,14 +48,15 @@ impl<'a> BaseSeries<'a> {
             drive: model.gain.map(|gain| gain * scale),
             friction: CoefficientSeries::new(law, model.friction_slope),
             room,
-            mu_before: 0.0,
+            mu_before: ZERO,
         }
     }
 
     /// Works out the sliding speed.
-    #[inline]
-    pub(super) fn observe(&mut self, k: usize, x: &State) -> f64 {
-        let mut speed = 0.0;
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
+    pub(super) fn observe(&mut self, k: usize, x: &State) -> Real {
+        let mut speed = ZERO;
         for j in 0..self.model.mode_count {
             speed += self.row[j] * x[2 * j + 1];
         }
@@ -78,7 +81,8 @@ impl SeriesSystem for BaseSeries<'_> {
         self.model.dimension
     }
 
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     fn extend(&mut self, k: usize, coefficients: &mut [State; MAX_DEGREE + 1]) {
         let m = self.model;
         let (known, next) = coefficients.split_at_mut(k + 1);

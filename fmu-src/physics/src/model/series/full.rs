@@ -11,23 +11,24 @@ use crate::integrate::series::RECIPROCAL;
 use crate::integrate::taylor::SeriesSystem;
 use crate::integrate::{MAX_DEGREE, Segment, State};
 use crate::model::{Enabled, Model};
+use crate::real::{Real, ZERO};
 
 /// The expansion of a motion with effects.
 pub(super) struct FullSeries<'a> {
     model: &'a Model,
     mode: ContactMode,
     /// Sliding speed per modal velocity.
-    row: [f64; MAX_MODES],
+    row: [Real; MAX_MODES],
     /// Modal acceleration in m/(s^2 N) per friction force, or per capacity where that gives the force.
-    drive: [f64; MAX_MODES],
+    drive: [Real; MAX_MODES],
     pub(super) room: &'a mut Workspace,
     /// Given distance of the belt, powers 0 to 2.
-    distance: [f64; 3],
+    distance: [Real; 3],
     /// Given belt velocity as it enters the sliding speed.
-    belt_velocity: [f64; 2],
+    belt_velocity: [Real; 2],
     friction: CoefficientSeries<'a>,
     /// Speed at which the friction law is evaluated at the start, in m/s.
-    first_argument: f64,
+    first_argument: Real,
     factor_count: usize,
     /// Series of the effects, as many as there are, looked up once for all powers.
     series: [Option<&'a dyn EffectSeries>; MAX_PARTS],
@@ -35,7 +36,8 @@ pub(super) struct FullSeries<'a> {
 
 impl<'a> FullSeries<'a> {
     /// The expansion from the time and state at which `segment` starts, in units of its length.
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     pub(super) fn new(
         model: &'a Model,
         law: &'a ExponentialSum,
@@ -69,14 +71,15 @@ impl<'a> FullSeries<'a> {
             ],
             belt_velocity: belt_velocity.map(|v| sign * v),
             friction: CoefficientSeries::new(law, model.friction_slope),
-            first_argument: 0.0,
+            first_argument: ZERO,
             factor_count: 0,
             series,
         }
     }
 
     /// Effect `i`, which has a series, as all have in a model that has one.
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     fn part(&self, i: usize) -> (&'a Enabled, &'a dyn EffectSeries) {
         (&self.model.effects[i], self.series[i].expect("looked up"))
     }
@@ -89,10 +92,11 @@ impl<'a> FullSeries<'a> {
     /// Works out the kinematics; the belt's give is linear in the states.
     ///
     /// The sliding speed is what the next power waits for, hence a sum of its own.
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     pub(super) fn observe(&mut self, k: usize, x: &State) -> BeltGive {
         let model = self.model;
-        let mut speed = 0.0;
+        let mut speed = ZERO;
         for j in 0..model.mode_count {
             speed += self.row[j] * x[2 * j + 1];
         }
@@ -103,7 +107,7 @@ impl<'a> FullSeries<'a> {
         speed -= self.room.motion.sign * give.velocity;
         let (displacement, velocity) = model.tip(x);
         let m = &mut self.room.motion;
-        let distance = self.distance.get(k).unwrap_or(&0.0);
+        let distance = self.distance.get(k).unwrap_or(&ZERO);
         m.displacement[k] = displacement;
         m.velocity[k] = velocity;
         m.speed[k] = speed;
@@ -113,16 +117,17 @@ impl<'a> FullSeries<'a> {
 
     /// Works out everything of power `k` from the states. Returns what drives the modes by [`Self::drive`],
     /// the friction force or the capacity, in N, and adds the other modal accelerations in m/s^2.
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     pub(super) fn advance(
         &mut self,
         k: usize,
         states: &[State],
-        acceleration: &mut [f64; MAX_MODES],
-    ) -> f64 {
+        acceleration: &mut [Real; MAX_MODES],
+    ) -> Real {
         let (model, x) = (self.model, &states[k]);
         let give = self.observe(k, x);
-        let mut tip_force = 0.0;
+        let mut tip_force = ZERO;
         for i in model.users.tip_force.iter() {
             let (e, series) = self.part(i);
             let registers = &mut self.room.registers[e.first_register..];
@@ -144,9 +149,9 @@ impl<'a> FullSeries<'a> {
             let imposed = if k == 0 {
                 model.inputs.belt_acceleration
             } else {
-                0.0
+                ZERO
             };
-            let mut free = 0.0;
+            let mut free = ZERO;
             for j in 0..model.mode_count {
                 free += model.tip_value[j] * acceleration[j];
             }
@@ -164,8 +169,9 @@ impl<'a> FullSeries<'a> {
     }
 
     /// Coefficient of friction in slip, from the speed at which the law is evaluated.
-    #[inline]
-    fn next_mu(&mut self, k: usize, x: &State) -> f64 {
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
+    fn next_mu(&mut self, k: usize, x: &State) -> Real {
         let model = self.model;
         let mut argument = self.room.motion.speed[k];
         for i in model.users.lagged_speed.iter() {
@@ -182,17 +188,18 @@ impl<'a> FullSeries<'a> {
     }
 
     /// Coefficient `k` of the capacity in N.
-    #[inline]
-    fn next_capacity(&mut self, k: usize, x: &State) -> f64 {
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
+    fn next_capacity(&mut self, k: usize, x: &State) -> Real {
         let model = self.model;
         let stuck = self.mode == ContactMode::Stuck;
         let mu = match (stuck, k) {
             (false, _) => self.next_mu(k, x),
             (true, 0) => model.static_coefficient,
-            (true, _) => 0.0,
+            (true, _) => ZERO,
         };
         self.room.mu[k] = mu;
-        let before = if k == 0 { 0.0 } else { self.room.mu[k - 1] };
+        let before = if k == 0 { ZERO } else { self.room.mu[k - 1] };
         let [force, rate] = self.room.motion.normal_force.map(|n| model.level * n);
         let mut capacity = force * mu + rate * before;
         self.room.partial[0][k] = capacity;
@@ -219,9 +226,9 @@ impl<'a> FullSeries<'a> {
         capacity
     }
 
-    fn memory_force(&mut self, k: usize, x: &State) -> f64 {
+    fn memory_force(&mut self, k: usize, x: &State) -> Real {
         let model = self.model;
-        let mut force = 0.0;
+        let mut force = ZERO;
         for i in model.users.memory_force.iter() {
             let (e, series) = self.part(i);
             let room = &mut *self.room;
@@ -261,11 +268,12 @@ impl SeriesSystem for FullSeries<'_> {
         self.model.dimension
     }
 
-    #[inline]
+    #[cfg_attr(feature = "tangent", inline(always))]
+    #[cfg_attr(not(feature = "tangent"), inline)]
     fn extend(&mut self, k: usize, coefficients: &mut [State; MAX_DEGREE + 1]) {
         let model = self.model;
         let (known, next) = coefficients.split_at_mut(k + 1);
-        let mut acceleration = [0.0; MAX_MODES];
+        let mut acceleration = [ZERO; MAX_MODES];
         let drive = self.advance(k, known, &mut acceleration);
         let (x, next) = (&known[k], &mut next[0]);
         let step = self.room.motion.unit * RECIPROCAL[k + 1];
@@ -300,7 +308,7 @@ impl FullSeries<'_> {
             let range = e.first_state..e.first_state + e.states.len();
             let registers = &mut self.room.registers[e.first_register..];
             let rates = &mut next[range.clone()];
-            rates.fill(0.0);
+            rates.fill(ZERO);
             series.add_rates(k, &motion, &contact, &x[range], registers, rates);
             rates.iter_mut().for_each(|r| *r *= step);
         }

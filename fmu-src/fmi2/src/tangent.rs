@@ -1,0 +1,229 @@
+//! A motion with its derivatives by what it was started with: the model once more, with numbers that carry derivatives
+//! along (`beam-tangent`), through stick, slip and every transition.
+
+use crate::instance::Content;
+use crate::setup::PLACES;
+use crate::status::Fault;
+use crate::values::{Access, find};
+use beam_model_description::{Quantity, UserCard};
+use beam_tangent as physics;
+use physics::effects::user_expression::{Target, UserEffect, UserParameter};
+use physics::error::PhysicsError;
+use physics::integrate::MAX_STATES;
+use physics::real::{Real, real};
+use physics::simulate::Simulation;
+use physics::tangent::DIRECTIONS;
+
+// Of the one set-up, what only steps and states need is not used here.
+#[allow(dead_code, clippy::duplicate_mod)]
+#[path = "setup.rs"]
+mod setup;
+
+/// A direction in the space of what can be set before a run: value references and how much each changes.
+pub type Direction<'a> = (&'a [u32], &'a [f64]);
+
+/// What is asked for.
+pub struct Request<'a> {
+    /// Rising times in s, the first of which is the start.
+    pub times: &'a [f64],
+    /// Value reference of the output.
+    pub output: u32,
+    /// Directions of the derivatives.
+    pub directions: Vec<Direction<'a>>,
+}
+
+/// Where it is written.
+pub struct Answer<'a> {
+    /// The output at each time.
+    pub values: &'a mut [f64],
+    /// Its derivatives, direction after direction.
+    pub slopes: &'a mut [f64],
+}
+
+/// What a direction changes: indices of variables, and by how much.
+type Seed = Vec<(usize, f64)>;
+
+/// Room for motions with derivatives, one for each group of directions, kept from one motion to the next: a calibration asks
+/// for many motions of one model, of which building it anew would take as long as following them.
+#[derive(Default)]
+pub struct Room(Vec<Group>);
+
+/// The run of one group, and what its model was built from.
+struct Group {
+    run: Box<Simulation>,
+    values: Vec<f64>,
+    seeds: Vec<Seed>,
+}
+
+impl Group {
+    /// Whether these values and seeds lead to the same model.
+    fn is_built_from(&self, values: &[f64], seeds: &[Seed]) -> bool {
+        let places = &*PLACES;
+        let of_model = |seeds: &[Seed]| -> Vec<Seed> {
+            let one = |seed: &Seed| {
+                let is_of = |&(index, _): &(usize, f64)| places.is_of_model(index);
+                seed.iter().copied().filter(is_of).collect()
+            };
+            seeds.iter().map(one).collect()
+        };
+        places.same_model(values, &self.values) && of_model(seeds) == of_model(&self.seeds)
+    }
+}
+
+/// What can be observed along a motion with its derivatives.
+#[derive(Clone, Copy)]
+enum Observed {
+    Measured,
+    Displacement,
+    Velocity,
+}
+
+impl Content {
+    /// Follows a motion with its derivatives, some directions at a time.
+    ///
+    /// # Errors
+    /// References that can't be set or observed, values with which the equations can't be set up, a motion that can't be
+    /// followed.
+    pub fn tangents(
+        &self,
+        room: &mut Room,
+        request: &Request,
+        answer: Answer,
+    ) -> Result<(), Fault> {
+        let observed = self.observed(request.output)?;
+        let seeded = request
+            .directions
+            .iter()
+            .map(|(references, changes)| self.seed(references, changes))
+            .collect::<Result<Vec<_>, Fault>>()?;
+        let times = request.times;
+        let groups = seeded
+            .chunks(DIRECTIONS)
+            .zip(answer.slopes.chunks_mut(DIRECTIONS * times.len()));
+        for (number, (seeds, slopes)) in groups.enumerate() {
+            let followed = self.follow(room, number, request.times, seeds, observed);
+            let out = followed.map_err(|cause| Fault::NotFollowed {
+                time: times[0],
+                cause,
+            })?;
+            for (k, y) in out.iter().enumerate() {
+                answer.values[k] = y.value;
+                for (i, slopes) in slopes.chunks_mut(times.len()).enumerate() {
+                    slopes[k] = y.slope.get(i);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn observed(&self, output: u32) -> Result<Observed, Fault> {
+        let index = find(self.layout, output, Access::Real)?;
+        let variable = &self.layout.variables()[index];
+        match variable.quantity {
+            Quantity::MeasuredDisplacement => Ok(Observed::Measured),
+            Quantity::TipDisplacement => Ok(Observed::Displacement),
+            Quantity::TipVelocity => Ok(Observed::Velocity),
+            _ => Err(Fault::Unsupported {
+                function: crate::lifecycle::Function::SetReal,
+                what: format!("derivatives of '{}' along a motion", variable.name),
+            }),
+        }
+    }
+
+    /// Indices of the variables that a direction changes, and by how much.
+    fn seed(&self, references: &[u32], changes: &[f64]) -> Result<Seed, Fault> {
+        references
+            .iter()
+            .zip(changes)
+            .map(|(&reference, &change)| {
+                let index = find(self.layout, reference, Access::Real)?;
+                Ok((index, change))
+            })
+            .collect()
+    }
+
+    /// The output at `times` with derivatives by at most [`DIRECTIONS`] directions, the group with this number.
+    fn follow(
+        &self,
+        room: &mut Room,
+        number: usize,
+        times: &[f64],
+        seeds: &[Seed],
+        observed: Observed,
+    ) -> Result<Vec<Real>, PhysicsError> {
+        let mut seeded: Vec<Real> = self.values.iter().map(|v| real(*v)).collect();
+        for (i, seed) in seeds.iter().enumerate() {
+            for &(index, change) in seed {
+                seeded[index].slope.change(i, change);
+            }
+        }
+        let places = &*setup::PLACES;
+        let begin = real(times[0]);
+        let inputs = places.inputs(&seeded, [real(0.0); 2], begin);
+        let tolerance = self.values[places.tolerance];
+        let known = room.0.get_mut(number);
+        let run = match known {
+            Some(group) if group.is_built_from(&self.values, seeds) => {
+                let from = places.start(&seeded, group.run.model(), begin);
+                group.run.restart(inputs, &from, tolerance)?;
+                &mut group.run
+            }
+            known => {
+                let model = setup::model(self.layout, &seeded, inputs, user_effect)?;
+                let from = places.start(&seeded, &model, begin);
+                let group = if let Some(group) = known {
+                    // Until it stands again, it is nobody's model.
+                    group.values.clear();
+                    group.run.replace(model, inputs, &from, tolerance)?;
+                    group
+                } else {
+                    let run = Simulation::from_model(model, inputs, &from, tolerance)?;
+                    room.0.truncate(number);
+                    room.0.push(Group {
+                        run: Box::new(run),
+                        values: Vec::new(),
+                        seeds: Vec::new(),
+                    });
+                    &mut room.0[number]
+                };
+                group.values.clone_from(&self.values);
+                group.seeds = seeds.to_vec();
+                &mut group.run
+            }
+        };
+        let (mut row, mut offset) = ([real(0.0); MAX_STATES], real(0.0));
+        let shapes = run.model().beam().modes().iter().map(|m| m.tip_value);
+        match observed {
+            Observed::Measured => (row, offset) = run.measured_row(),
+            Observed::Displacement => shapes.enumerate().for_each(|(j, phi)| row[2 * j] = phi),
+            Observed::Velocity => shapes.enumerate().for_each(|(j, phi)| row[2 * j + 1] = phi),
+        }
+        let mut out = Vec::with_capacity(times.len());
+        run.sample(times, &row, offset, &mut out)?;
+        Ok(out)
+    }
+}
+
+/// A user's effect with parameters that carry derivatives, or `None` where their values mean "off".
+fn user_effect(card: &UserCard, values: &[Real]) -> Option<UserEffect> {
+    let plain: Vec<f64> = values.iter().map(|v| v.value).collect();
+    let effect = card.effect(&plain)?;
+    Some(UserEffect {
+        id: effect.id,
+        target: Target::from_name(effect.target.name()).expect("the same list"),
+        expression: effect.expression,
+        parameters: effect
+            .parameters
+            .into_iter()
+            .zip(values)
+            .map(|(p, &value)| UserParameter {
+                name: p.name,
+                unit: p.unit,
+                start: p.start,
+                min: p.min,
+                max: p.max,
+                value,
+            })
+            .collect(),
+    })
+}

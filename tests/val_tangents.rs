@@ -1,0 +1,211 @@
+//! Derivatives along a motion (`stickslipTangents`): against differences of motions that the standard's own calls give, for the
+//! reference model and every effect, through stick, slip and transitions.
+
+use beam_physics::effects::{CATALOGUE, Role};
+use stickslip_tests::slave::{DISCARD, ERROR, OK, Slave};
+
+/// Times at which motions are compared: every 0.2 ms, 40 ms long.
+fn times() -> Vec<f64> {
+    (0..=200).map(|i| f64::from(i) * 2e-4).collect()
+}
+
+/// What a motion is started with.
+type Setting = Vec<(String, f64)>;
+
+/// A motion in slip that sticks and slips several times.
+fn setting() -> Setting {
+    [
+        ("tolerance", 1e-12),
+        ("belt_velocity", 0.1),
+        ("normal_force", 100.0),
+        ("q[1]", 1.1e-3),
+        ("q_dot[1]", 0.02),
+        ("q[2]", -3e-5),
+        ("q_dot[2]", 0.01),
+        ("mode[1].frequency", 80.0),
+        ("mode[2].frequency", 510.0),
+        ("mode[1].damping_ratio", 0.000_15),
+        ("mode[1].mass", 0.427),
+        ("friction.mu_0", 0.66),
+        ("friction.v1", 0.02),
+        ("friction.a1", 0.5),
+        ("friction.level", 1.0),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec()
+}
+
+fn started(setting: &Setting) -> Slave {
+    let slave = Slave::new();
+    for (name, value) in setting {
+        assert_eq!(slave.set(name, *value), OK, "{name}");
+    }
+    assert_eq!(slave.set_integer("start.effects", 1), OK);
+    slave
+}
+
+/// The motion by the standard's calls.
+fn motion(setting: &Setting, times: &[f64]) -> Vec<f64> {
+    let slave = started(setting);
+    slave.start_at(times[0]);
+    let mut out = vec![slave.get("measured_displacement")];
+    for w in times.windows(2) {
+        assert_eq!(slave.step(w[0], w[1] - w[0]), OK, "{:?}", slave.messages());
+        out.push(slave.get("measured_displacement"));
+    }
+    out
+}
+
+fn moved(setting: &Setting, name: &str, by: f64) -> Setting {
+    let mut out = setting.clone();
+    let (_, value) = out
+        .iter_mut()
+        .find(|(n, _)| n == name)
+        .expect("a value to move");
+    *value += by;
+    out
+}
+
+/// Fourth-order central differences over a step that shifts the motion by about a micrometre.
+fn differences(setting: &Setting, name: &str, step: f64, times: &[f64]) -> Vec<f64> {
+    let at = |k: f64| motion(&moved(setting, name, k * step), times);
+    let (a, b, c, d) = (at(-2.0), at(-1.0), at(1.0), at(2.0));
+    (0..times.len())
+        .map(|i| (8.0 * (c[i] - b[i]) - (d[i] - a[i])) / (12.0 * step))
+        .collect()
+}
+
+/// Compares every direction with differences; `known` are names with sensible steps.
+fn check(setting: &Setting, known: &[(&str, f64)], what: &str) {
+    let times = times();
+    let directions: Vec<Vec<(&str, f64)>> = known.iter().map(|(n, _)| vec![(*n, 1.0)]).collect();
+    let slave = started(setting);
+    let (values, slopes) = slave
+        .tangents(&times, "measured_displacement", &directions)
+        .unwrap_or_else(|status| panic!("{what}: status {status}: {:?}", slave.messages()));
+    for (value, plain) in values.iter().zip(motion(setting, &times)) {
+        assert!(
+            (value - plain).abs() < 1e-13,
+            "{what}: {value} against {plain} m"
+        );
+    }
+    for ((name, step), slope) in known.iter().zip(&slopes) {
+        let truth = differences(setting, name, *step, &times);
+        let scale = truth.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let worst = slope
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            worst <= 2e-4 * scale + 1e-300,
+            "{what}, by {name}: off by {worst:e} of {scale:e}"
+        );
+    }
+}
+
+const REFERENCE: [(&str, f64); 13] = [
+    ("q[1]", 1e-8),
+    ("q_dot[1]", 5e-6),
+    ("q[2]", 1e-9),
+    ("q_dot[2]", 5e-6),
+    ("mode[1].frequency", 1e-3),
+    ("mode[2].frequency", 1e-3),
+    ("mode[1].damping_ratio", 1e-6),
+    ("mode[1].mass", 1e-6),
+    ("friction.mu_0", 1e-6),
+    ("friction.v1", 1e-6),
+    ("friction.a1", 1e-6),
+    ("friction.level", 1e-6),
+    ("normal_force", 1e-4),
+];
+
+#[test]
+fn val_the_reference_model_is_differentiated_through_stick_and_slip() {
+    // Truth: central differences of fourth order of motions by fmi2DoStep.
+    let plain = setting();
+    check(&plain, &REFERENCE, "reference model");
+    let slave = started(&plain);
+    slave.start_at(0.0);
+    assert_eq!(slave.step(0.0, 0.04), OK);
+    let transitions = slave.get_integer("transition_count");
+    assert!(
+        transitions >= 3,
+        "the motion tests {transitions} transitions only"
+    );
+}
+
+#[test]
+fn val_every_effect_is_differentiated() {
+    // Truth: central differences of fourth order of motions by fmi2DoStep.
+    for card in &CATALOGUE {
+        let mut with = setting();
+        let mut known: Vec<(String, f64)> = vec![("q[1]".into(), 1e-8), ("q_dot[1]".into(), 5e-6)];
+        for p in card.parameters {
+            let name = format!("{}.{}", card.id, p.name);
+            let value = match p.name {
+                // A place that the tip passes.
+                "length" => 0.01,
+                "count" => 8.0,
+                name if p.role == Role::Node && !name.ends_with(|c| ('1'..='8').contains(&c)) => {
+                    continue;
+                }
+                _ if p.role == Role::Node && p.name.len() > "node[1]".len() => continue,
+                _ => p.typical,
+            };
+            with.push((name.clone(), value));
+            if p.role != Role::Setting {
+                known.push((name, 1e-5 * value.abs().max(1e-3 * p.max.abs())));
+            }
+        }
+        let known: Vec<(&str, f64)> = known.iter().map(|(n, s)| (n.as_str(), *s)).collect();
+        check(&with, &known, card.id);
+    }
+}
+
+#[test]
+fn several_changes_make_one_direction() {
+    let times = times();
+    let slave = started(&setting());
+    let one = |name: &'static str| vec![(name, 1.0)];
+    let both = vec![("q[1]", 2.0), ("friction.mu_0", -3e-3)];
+    let directions = [one("q[1]"), one("friction.mu_0"), both];
+    let (_, slopes) = slave
+        .tangents(&times, "tip_displacement", &directions)
+        .unwrap();
+    for k in 0..times.len() {
+        let sum = 2.0 * slopes[0][k] - 3e-3 * slopes[1][k];
+        assert!(
+            (slopes[2][k] - sum).abs() <= 1e-9 * sum.abs() + 1e-12,
+            "at {} s",
+            times[k]
+        );
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let slave = started(&setting());
+    let q = [vec![("q[1]", 1.0)]];
+    let refused = |times: &[f64], output: &str, directions: &[Vec<(&str, f64)>]| {
+        slave.tangents(times, output, directions).unwrap_err()
+    };
+    assert_eq!(refused(&[0.0, -1.0], "tip_displacement", &q), ERROR);
+    assert_eq!(refused(&[], "tip_displacement", &q), ERROR);
+    assert_eq!(refused(&[0.0, 1e-3], "friction_force", &q), ERROR);
+    assert_eq!(
+        refused(
+            &[0.0, 1e-3],
+            "tip_displacement",
+            &[vec![("mode_count", 1.0)]]
+        ),
+        ERROR
+    );
+    let mut impossible = setting();
+    impossible.push(("normal_force_modulation.amplitude".into(), 2.0));
+    let impossible = started(&impossible);
+    let status = impossible
+        .tangents(&[0.0, 1e-3], "tip_displacement", &q)
+        .unwrap_err();
+    assert_eq!(status, DISCARD);
+}
