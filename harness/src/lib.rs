@@ -2,7 +2,7 @@
 //!
 //! It knows a model by its .fmu file alone, so it works on other people's FMUs.
 //! Imports go one way: `command` -> {`observer`, `dimension`, `diagnose`, `metric`, `report`} -> {`measurement`, `fmu`}.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod cli;
 pub mod command;

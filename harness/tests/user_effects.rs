@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use stickslip::command::{pack, repaired_model};
 use stickslip::diagnose::candidate::{Role, candidates};
-use stickslip::fmu::{Fmu, Instance};
+use stickslip::fmu::{Directions, Fmu, Instance};
 
 /// Target, formula, name, unit and value of its one parameter.
 type Case = (Target, &'static str, &'static str, f64);
@@ -383,4 +383,59 @@ fn trying_an_effect_of_ones_own_brings_the_error_down_to_the_noise() {
         strength["value"].as_f64().unwrap(),
         max_relative = 1e-14
     );
+}
+
+#[test]
+fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
+    // Source: central differences of motions by fmi2DoStep.
+    for case in CASES {
+        let folder = folder();
+        let fmu = packed(folder.path(), &[file_of("mine", case)]);
+        let strength = case.3;
+        let names = [
+            "belt_velocity",
+            "normal_force",
+            "q[1]",
+            "mine.k",
+            "tolerance",
+        ];
+        let values = [0.1, 100.0, 8.3e-4, strength, 1e-12];
+        let references = fmu.real_references(&names).unwrap();
+        let times: Vec<f64> = (0..=STEPS).map(|i| f64::from(i) * STEP).collect();
+        let mut directions = Directions::default();
+        directions.push([(references[2], 1.0)]);
+        directions.push([(references[3], 1.0)]);
+        let (mut motion_with, mut slopes) = (vec![0.0; times.len()], vec![0.0; 2 * times.len()]);
+        let mut tangents = fmu.tangents().expect("our FMU offers them");
+        assert!(tangents.set((&[], &[]), (&references, &values)));
+        let output = fmu.real_references(&["tip_displacement"]).unwrap()[0];
+        assert!(tangents.evaluate(&times, output, &directions, &mut motion_with, &mut slopes));
+        let at = |name: &str, value: f64| {
+            let settings = [("mine.k", strength), ("tolerance", 1e-12), (name, value)];
+            motion(&fmu, &settings)
+        };
+        for (i, (name, value)) in [("q[1]", 8.3e-4), ("mine.k", strength)]
+            .into_iter()
+            .enumerate()
+        {
+            // A motion that grows by a factor of 750: steps ten times as large are no differentials.
+            let step = 1e-6 * value;
+            let (low, high) = (at(name, value - step), at(name, value + step));
+            let truth: Vec<f64> = low
+                .iter()
+                .zip(&high)
+                .map(|(a, b)| (b - a) / (2.0 * step))
+                .collect();
+            let largest = truth.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+            assert!(largest > 0.0, "{case:?}, {name}: nothing to compare");
+            for (k, t) in truth.iter().enumerate() {
+                let slope = slopes[i * times.len() + k + 1];
+                assert!(
+                    (slope - t).abs() < 1e-3 * largest,
+                    "{case:?}, by {name} at {} s: {slope} against {t}",
+                    times[k + 1]
+                );
+            }
+        }
+    }
 }

@@ -61,6 +61,14 @@ impl Knob {
         }
     }
 
+    /// Derivative of the value by the position.
+    pub fn slope(&self, position: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => 1.0,
+            Scale::Log => position.exp(),
+        }
+    }
+
     /// The nearest position within the bounds.
     pub fn clamp(&self, position: f64) -> f64 {
         let low = if self.scale == Scale::Log && self.min <= 0.0 {

@@ -5,7 +5,7 @@ use super::knob::Knob;
 use super::shot::Shot;
 use super::unexplained::median;
 use crate::error::Error;
-use crate::fmu::{Fmu, Instance};
+use crate::fmu::{Directions, Fmu, Instance, Tangents};
 use crate::measurement::Run;
 
 /// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
@@ -33,6 +33,17 @@ pub struct Point {
     pub states: Vec<Vec<f64>>,
     /// Whether each shot starts in stick.
     pub stuck: Vec<bool>,
+}
+
+/// One thing that can be turned in a shot.
+#[derive(Debug, Clone, Copy)]
+pub enum Turn {
+    /// A component of its start state.
+    State(usize),
+    /// A shared knob.
+    Shared(usize),
+    /// One of its run's own knobs.
+    Own(usize),
 }
 
 /// Where a shot starts, besides its knobs.
@@ -112,6 +123,9 @@ pub struct Predictor<'a> {
     references: &'a References,
     runs: &'a [Run],
     hypothesis: &'a Hypothesis,
+    /// Gives derivatives along motions, where the FMU offers that.
+    tangents: Option<Tangents>,
+    directions: Directions,
     names: Vec<u32>,
     values: Vec<f64>,
     /// Largest distance from the mean in each run, m.
@@ -136,6 +150,8 @@ impl<'a> Predictor<'a> {
             references,
             runs,
             hypothesis,
+            tangents: fmu.tangents(),
+            directions: Directions::default(),
             names: Vec::new(),
             values: Vec::new(),
             reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
@@ -148,15 +164,8 @@ impl<'a> Predictor<'a> {
         self.values.push(value);
     }
 
-    /// Puts the FMU at the start of a shot.
-    fn start(
-        &mut self,
-        shot: &Shot,
-        shared: &[f64],
-        own: &[f64],
-        state: &[f64],
-        stuck: bool,
-    ) -> Result<(), Error> {
+    /// Lists the Real variables that a shot starts with.
+    fn gather(&mut self, shot: &Shot, shared: &[f64], own: &[f64], state: &[f64]) {
         let h = self.hypothesis;
         let r = self.references;
         let run = &self.runs[shot.run];
@@ -187,15 +196,78 @@ impl<'a> Predictor<'a> {
         for (&(reference, _), &value) in h.extra_states.iter().zip(&state[modal..]) {
             self.push(reference, value);
         }
+    }
+
+    /// The Integer variables that a shot starts with: contact (Stick = 1, Slip = 2), effects (Settled = 1), modes.
+    fn integers(&self, stuck: bool) -> ([u32; 3], [i32; 3]) {
+        let r = self.references;
+        (
+            [r.contact, r.start_effects, r.mode_count],
+            [if stuck { 1 } else { 2 }, 1, self.hypothesis.modes as i32],
+        )
+    }
+
+    /// Puts the FMU at the start of a shot.
+    fn start(
+        &mut self,
+        shot: &Shot,
+        shared: &[f64],
+        own: &[f64],
+        state: &[f64],
+        stuck: bool,
+    ) -> Result<(), Error> {
+        self.gather(shot, shared, own, state);
+        let (names, values) = self.integers(stuck);
         self.instance.reset()?;
-        // Stick = 1, Slip = 2; effects start from equilibrium (Settled = 1).
-        self.instance.set_integer(
-            &[r.contact, r.start_effects, r.mode_count],
-            &[if stuck { 1 } else { 2 }, 1, h.modes as i32],
-        )?;
+        self.instance.set_integer(&names, &values)?;
         self.instance.set_real(&self.names, &self.values)?;
-        self.instance
-            .initialize(shot.time[0] - run.time[0], None, None)
+        let origin = self.runs[shot.run].time[0];
+        self.instance.initialize(shot.time[0] - origin, None, None)
+    }
+
+    /// Derivatives of the displacement at every `stride`-th of the first times of the shot, `count` of them, by each of
+    /// `turns`, one after another in `slopes`; `false` where the FMU does not offer them or can't follow the motion.
+    #[allow(clippy::too_many_arguments)]
+    pub fn differentiate(
+        &mut self,
+        shot: &Shot,
+        shared: &[f64],
+        own: &[f64],
+        state: &[f64],
+        stuck: bool,
+        turns: &[Turn],
+        (count, stride): (usize, usize),
+        slopes: &mut Vec<f64>,
+    ) -> bool {
+        if self.tangents.is_none() || turns.is_empty() {
+            return false;
+        }
+        self.gather(shot, shared, own, state);
+        let (h, r) = (self.hypothesis, self.references);
+        self.directions.clear();
+        for &turn in turns {
+            let by_knob = |knob: &Knob, position: f64| -> Vec<(u32, f64)> {
+                let slope = knob.slope(position);
+                let target = |&(reference, factor): &(u32, f64)| (reference, factor * slope);
+                knob.targets.iter().map(target).collect()
+            };
+            let modal = 2 * h.modes;
+            self.directions.push(match turn {
+                Turn::State(i) if i < modal => vec![(r.states[i], 1.0)],
+                Turn::State(i) => vec![(h.extra_states[i - modal].0, 1.0)],
+                Turn::Shared(c) => by_knob(&h.shared[c], shared[c]),
+                Turn::Own(c) => by_knob(&h.own[shot.run][c], own[c]),
+            });
+        }
+        let origin = self.runs[shot.run].time[0];
+        let times: Vec<f64> = (0..count).map(|i| shot.time[i * stride] - origin).collect();
+        let (integers, integer_values) = self.integers(stuck);
+        let mut values = vec![0.0; count];
+        slopes.clear();
+        slopes.resize(count * turns.len(), 0.0);
+        let tangents = self.tangents.as_mut().expect("looked at above");
+        tangents.set((&integers, &integer_values), (&self.names, &self.values))
+            && tangents.evaluate(&times, r.measured, &self.directions, &mut values, slopes)
     }
 
     /// Deviation in m from the measurement at which a prediction of run `run` is given up.

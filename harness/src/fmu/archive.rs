@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use zip::ZipArchive;
@@ -94,17 +94,26 @@ pub(crate) fn describe(path: &Path, folder: &Path) -> Result<(ModelDescription, 
     Ok((description, xml))
 }
 
+fn library(model_identifier: &str) -> String {
+    format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX)
+}
+
+/// Where the library for this platform lies in an unpacked FMU.
+pub(crate) fn binary(folder: &Path, model_identifier: &str) -> PathBuf {
+    let library = library(model_identifier);
+    folder.join("binaries").join(PLATFORM).join(library)
+}
+
 /// Checks that there is a library for this platform.
 pub(crate) fn check_binary(
     path: &Path,
     folder: &Path,
     model_identifier: &str,
 ) -> Result<(), Error> {
-    let binaries = folder.join("binaries");
-    let library = format!("{model_identifier}{}", std::env::consts::DLL_SUFFIX);
-    if binaries.join(PLATFORM).join(&library).is_file() {
+    if binary(folder, model_identifier).is_file() {
         return Ok(());
     }
+    let binaries = folder.join("binaries");
     let mut present: Vec<String> = fs::read_dir(&binaries)
         .map(|entries| {
             entries
@@ -117,7 +126,7 @@ pub(crate) fn check_binary(
     Err(Error::FmuPlatform {
         path: path.to_owned(),
         platform: PLATFORM,
-        library,
+        library: library(model_identifier),
         present,
     })
 }

@@ -30,6 +30,7 @@ mod message_log;
 mod parse_description;
 mod slave;
 mod status;
+mod tangents;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -41,6 +42,7 @@ pub use description::{
 pub use edit_description::{with_guid, with_starts};
 pub use instance::{Instance, State};
 pub use status::Status;
+pub use tangents::{Directions, Tangents};
 
 use crate::error::Error;
 use message_log::MessageLog;
@@ -145,6 +147,20 @@ impl Fmu {
         Ok(Instance::new(self, slave, log, name))
     }
 
+    /// An instance that gives derivatives along a motion, if this FMU offers that (ours does).
+    pub fn tangents(&self) -> Option<Tangents> {
+        Tangents::new(self)
+    }
+
+    /// The folder into which the FMU was unpacked.
+    fn folder(&self) -> &Path {
+        match &self.loaded.source {
+            Source::FmiRs(folder) => folder.path(),
+            #[cfg(feature = "fmi-crate")]
+            Source::FmiCrate(import) => fmi::traits::FmiImport::archive_path(import),
+        }
+    }
+
     /// What the FMU says about itself.
     pub fn description(&self) -> &ModelDescription {
         &self.loaded.description
@@ -160,12 +176,7 @@ impl Fmu {
     /// # Errors
     /// An unpacked file that can't be read any more.
     pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, Error> {
-        let folder = match &self.loaded.source {
-            Source::FmiRs(folder) => folder.path(),
-            #[cfg(feature = "fmi-crate")]
-            Source::FmiCrate(import) => fmi::traits::FmiImport::archive_path(import),
-        };
-        archive::files(folder)
+        archive::files(self.folder())
     }
 
     /// The variable of this name, or an error with similar names.

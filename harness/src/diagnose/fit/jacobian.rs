@@ -2,7 +2,7 @@
 
 use super::{Fitter, LOST, Place, directions};
 use crate::diagnose::knob::Knob;
-use crate::diagnose::predictor::Point;
+use crate::diagnose::predictor::{Point, Turn};
 use nalgebra::{DMatrix, DVector};
 
 /// A shot's prediction, linearised.
@@ -41,60 +41,53 @@ impl Fitter<'_, '_> {
             shared: point.shared.clone(),
             own: point.own[shot.run].clone(),
         };
-        for (c, &i) in list.iter().enumerate() {
-            let mut column = states.column_mut(c);
-            self.difference(
-                k,
-                &mut values,
-                Turn::State(i),
-                predicted,
-                point.stuck[k],
-                column.as_mut_slice(),
-            );
-        }
-        if self.effort.knobs {
-            for c in 0..h.shared.len() {
-                if !self.moves(&h.shared[c]) {
-                    continue;
+        // What is the same for all shots of a run comes first, so that the FMU need not build its model anew for each.
+        let moves = |&c: &usize| self.effort.knobs && self.moves(&h.shared[c]);
+        let mut turns: Vec<Turn> = (0..h.shared.len())
+            .filter(moves)
+            .map(Turn::Shared)
+            .collect();
+        let mut local = Vec::new();
+        for c in (0..own).filter(|_| self.effort.knobs) {
+            let knob = &h.own[shot.run][c];
+            let outside = knob.support.is_some_and(|(low, high)| {
+                shot.travel_end.max(shot.travel) < low || shot.travel.min(shot.travel_end) > high
+            });
+            if knob.prior_std == 0.0 || outside {
+                continue;
+            }
+            if knob.is_offset() {
+                // Added to the displacement as it is.
+                let mut column = knobs.column_mut(h.shared.len() + c);
+                let stride = self.effort.stride;
+                for (i, slope) in column.iter_mut().enumerate().take(predicted.len()) {
+                    *slope = f64::from(u8::from(shot.trusted[i * stride]));
                 }
-                let mut column = knobs.column_mut(c);
-                self.difference(
-                    k,
-                    &mut values,
-                    Turn::Shared(c),
-                    predicted,
-                    point.stuck[k],
-                    column.as_mut_slice(),
-                );
+            } else {
+                let of_run = knob.support.is_none();
+                (if of_run { &mut turns } else { &mut local }).push(Turn::Own(c));
             }
         }
-        if self.effort.knobs {
-            for c in 0..own {
-                let knob = &h.own[shot.run][c];
-                let outside = knob.support.is_some_and(|(low, high)| {
-                    shot.travel_end.max(shot.travel) < low
-                        || shot.travel.min(shot.travel_end) > high
-                });
-                if knob.prior_std == 0.0 || outside {
-                    continue;
+        turns.extend(list.iter().map(|&i| Turn::State(i)));
+        turns.append(&mut local);
+        let exact = self.differentiate(k, &values, &turns, predicted.len(), point.stuck[k]);
+        for (number, &turn) in turns.iter().enumerate() {
+            let mut column = match turn {
+                Turn::State(i) => {
+                    let c = list.iter().position(|&j| j == i).expect("from the list");
+                    states.column_mut(c)
                 }
-                let mut column = knobs.column_mut(h.shared.len() + c);
-                if knob.is_offset() {
-                    // Added to the displacement as it is.
-                    let stride = self.effort.stride;
-                    for (i, slope) in column.iter_mut().enumerate().take(predicted.len()) {
-                        *slope = f64::from(u8::from(shot.trusted[i * stride]));
-                    }
-                } else {
-                    self.difference(
-                        k,
-                        &mut values,
-                        Turn::Own(c),
-                        predicted,
-                        point.stuck[k],
-                        column.as_mut_slice(),
-                    );
+                Turn::Shared(c) => knobs.column_mut(c),
+                Turn::Own(c) => knobs.column_mut(h.shared.len() + c),
+            };
+            let column = column.as_mut_slice();
+            match &exact {
+                Some(slopes) => {
+                    let from = number * predicted.len();
+                    column[..predicted.len()]
+                        .copy_from_slice(&slopes[from..from + predicted.len()]);
                 }
+                None => self.difference(k, &mut values, turn, predicted, point.stuck[k], column),
             }
         }
         Linear {
@@ -104,7 +97,40 @@ impl Fitter<'_, '_> {
         }
     }
 
-    /// Derivative of a shot's prediction by one thing that can be turned, written into `column`; `predicted` is the
+    /// Derivatives of a shot's prediction at its first `count` samples by all `turns`, one after another, from the FMU
+    /// itself; nothing where it does not offer them. Samples that don't count have none.
+    fn differentiate(
+        &mut self,
+        k: usize,
+        values: &Values,
+        turns: &[Turn],
+        count: usize,
+        stuck: bool,
+    ) -> Option<Vec<f64>> {
+        let shot = &self.data.shots[k];
+        let stride = self.effort.stride;
+        let mut slopes = Vec::new();
+        let done = self.predictor.differentiate(
+            shot,
+            &values.shared,
+            &values.own,
+            &values.state,
+            stuck,
+            turns,
+            (count, stride),
+            &mut slopes,
+        );
+        for slopes in slopes.chunks_mut(count.max(1)) {
+            for (i, slope) in slopes.iter_mut().enumerate() {
+                if !(shot.trusted[i * stride] && slope.is_finite()) {
+                    *slope = 0.0;
+                }
+            }
+        }
+        done.then_some(slopes)
+    }
+
+    /// Derivative of a shot's prediction by one thing that can be turned by differences, written into `column`; `predicted` is the
     /// residual as far as the motion was followed. A step
     /// whose response is far too strong to be linear is taken again smaller.
     fn difference(
@@ -205,14 +231,6 @@ const TOO_STRONG: f64 = 20.0;
 const ATTEMPTS: usize = 3;
 /// Largest step in units of the first one.
 const LARGEST_STEP: f64 = 10.0;
-
-/// What a difference quotient turns.
-#[derive(Clone, Copy)]
-enum Turn {
-    State(usize),
-    Shared(usize),
-    Own(usize),
-}
 
 /// Values of all that can be turned in a shot.
 struct Values {
