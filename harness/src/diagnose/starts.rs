@@ -15,6 +15,9 @@ use super::unexplained;
 const LINES: usize = 3;
 /// The same from the spectrum of the smoothed force.
 const FORCE_LINES: usize = 5;
+/// Lines at which also the nominal nuisances are tried, unless all else explains the data: those calibrated without an effect
+/// that is plain in the force itself have been bent in its place.
+const FRESH_LINES: usize = 2;
 /// Natural frequencies that are tried, up to this factor off the typical one, ...
 const RESONANCE_RANGE: f64 = 1.35;
 /// ... on a grid of this ratio, ...
@@ -61,12 +64,13 @@ pub(super) fn starts<'a>(
         p
     };
     if effect.find_role(Role::Phase).is_some() {
-        let origins = if depth.nuisances == Nuisances::All {
-            vec![&fresh, &from_base]
-        } else {
-            vec![&from_base]
+        let fresh_lines = match depth.nuisances {
+            Nuisances::All => usize::MAX,
+            Nuisances::Some => FRESH_LINES,
+            Nuisances::Calibrated => 0,
         };
-        return periodic_starts(session, h, effect, data, predictor, &from_base, &origins);
+        let origins = (&fresh, fresh_lines, &from_base);
+        return periodic_starts(session, h, effect, data, predictor, origins);
     }
     let near = depth.nuisances == Nuisances::Calibrated;
     let amplitude = effect.find_role(Role::Amplitude);
@@ -276,8 +280,7 @@ fn periodic_starts(
     effect: &Candidate,
     data: &Data,
     predictor: &mut Predictor,
-    from_base: &Point,
-    origins: &[&Point],
+    (fresh, fresh_lines, from_base): (&Point, usize, &Point),
 ) -> Vec<Point> {
     let mut lines = Vec::new();
     // A factor on friction shows in the smoothed force itself, however far the reference model is off.
@@ -291,14 +294,13 @@ fn periodic_starts(
     lines.extend(scan::lines(
         predictor, h, effect, data, from_base, STRIDE, LINES, None,
     ));
-    let mut out: Vec<Point> = lines
-        .iter()
-        .flat_map(|line| {
-            origins
-                .iter()
-                .filter_map(|origin| at(h, effect, origin, line))
-        })
-        .collect();
+    let mut out = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        if i < fresh_lines {
+            out.extend(at(h, effect, fresh, line));
+        }
+        out.extend(at(h, effect, from_base, line));
+    }
     if out.is_empty() {
         out.push(from_base.clone());
     }
