@@ -26,8 +26,15 @@ use nalgebra::{DMatrix, DVector};
 const QUASI_STEPS: usize = 4;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
-/// Damping of the first step, relative to the diagonal.
+/// Damping of the first step, relative to the diagonal; ...
 const FIRST_DAMPING: f64 = 1e-3;
+/// ... of a fit that begins at the noise, where the model is as good as linear and what is left to gain lies along valleys in which
+/// its constants trade: a frequency against a load that lowers it.
+const FIRST_DAMPING_NEAR: f64 = 1e-8;
+/// Objective over that of noise alone up to which a fit begins at the noise; ...
+const NEAR: f64 = 1.3;
+/// ... there, falls down to this share of the tolerance count.
+const TOLERANCE_NEAR: f64 = 0.1;
 /// Iterations before which shots in a wrong basin get other starts.
 const REVIVALS: [usize; 3] = [1, 3, 5];
 /// Mean square error of a shot in units of the noise's up to which the noise alone may have made it.
@@ -349,7 +356,13 @@ impl<'a, 'b> Fitter<'a, 'b> {
     /// Minimises the objective from `start`.
     pub fn run(&mut self, start: Point) -> Fit {
         let mut here = self.evaluate(start);
-        let mut damping = FIRST_DAMPING;
+        let noise_alone: f64 = (0..here.sums.len()).map(|k| 0.5 * self.count(k)).sum();
+        let (first_damping, tolerance) = if here.merit < NEAR * (1.0 - TRIMMED) * noise_alone {
+            (FIRST_DAMPING_NEAR, TOLERANCE_NEAR * self.effort.tolerance)
+        } else {
+            (FIRST_DAMPING, self.effort.tolerance)
+        };
+        let mut damping = first_damping;
         let mut covariance = None;
         let mut strikes = 0;
         for iteration in 0..self.effort.iterations {
@@ -369,18 +382,18 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 let fall = here.merit - next.merit;
                 self.update(&mut linear, &here, &next);
                 here = next;
-                if fall < self.effort.tolerance * before.abs() {
+                if fall < tolerance * before.abs() {
                     break;
                 }
             }
-            if before - here.merit < self.effort.tolerance * before.abs() {
+            if before - here.merit < tolerance * before.abs() {
                 strikes += 1;
                 if strikes == self.effort.patience {
                     break;
                 }
                 // Differences to the other side, in case those taken met a transition.
                 self.side = -self.side;
-                damping = FIRST_DAMPING;
+                damping = first_damping;
             } else {
                 strikes = 0;
             }
