@@ -119,6 +119,41 @@ fn val_small_blind_set_is_answered_rightly() {
 }
 
 #[test]
+fn a_model_that_bends_the_structure_to_explain_the_data_is_not_believed() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = folder.path().join("campaign");
+    std::fs::create_dir(&campaign).unwrap();
+    let nothing_hidden = root().join("reference-data/computed/blind/001");
+    for entry in std::fs::read_dir(nothing_hidden).unwrap() {
+        let path = entry.unwrap().path();
+        std::fs::copy(&path, campaign.join(path.file_name().unwrap())).unwrap();
+    }
+    let file = campaign.join("campaign.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    // Four per cent off, where modal analysis misses a few tenths.
+    let rough = text.replace(
+        "natural_frequencies_hz = [80.0",
+        "natural_frequencies_hz = [83.0",
+    );
+    assert_ne!(rough, text);
+    std::fs::write(&file, rough).unwrap();
+    let output = stickslip(&["diagnose", campaign.to_str().unwrap()], folder.path());
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let diagnosis = read(&folder.path().join("diagnosis.json"));
+    assert_eq!(diagnosis["verdict"], "unknown_effect", "{diagnosis:#}");
+    let summary = diagnosis["summary"].as_str().unwrap();
+    assert!(summary.contains("mode[1].frequency"), "{summary}");
+    assert!(
+        summary.contains("the campaign says 83.00000 Hz"),
+        "{summary}"
+    );
+}
+
+#[test]
 fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu_shows_it() {
     let folder = tempfile::tempdir().unwrap();
     let output = stickslip(&["diagnose", "reference-data/demo"], folder.path());

@@ -13,7 +13,8 @@ use super::search::Trial;
 use super::select::Selection;
 use super::session::Session;
 use super::steps::Step;
-use super::words::{remarks, words};
+use super::strain::strain;
+use super::words::{Seen, remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
 
@@ -38,9 +39,11 @@ pub fn conclude(
     let is_white = |depth: usize| !(steps[depth].colour > FLOOR_COLOUR);
     let last = steps.len() - 1;
     let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
-    let verdict = if base_is_enough && is_white(0) {
+    let strained = strain(&steps[if base_is_enough { 0 } else { last }].trial);
+    let is_strained = strained.is_some();
+    let verdict = if base_is_enough && is_white(0) && !is_strained {
         Verdict::NoMissingEffect
-    } else if selection.explained && is_worth_it && is_white(last) && predicts
+    } else if selection.explained && is_worth_it && is_white(last) && predicts && !is_strained
         || selection.by_break_aways
     {
         Verdict::EffectFound
@@ -92,7 +95,12 @@ pub fn conclude(
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
     let trial = &steps[last].trial;
     let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
-    let summary = words(session, verdict, &effects, &ladder, &colours, selection);
+    let seen = Seen {
+        ladder: &ladder,
+        colours: &colours,
+        strain: strained.as_ref(),
+    };
+    let summary = words(session, verdict, &effects, &seen, selection);
     let tied = match verdict {
         Verdict::EffectFound => rivals(selection),
         _ => Vec::new(),

@@ -35,6 +35,7 @@ pub mod session;
 pub mod shot;
 mod starts;
 pub mod steps;
+pub mod strain;
 pub mod unexplained;
 mod wave_fit;
 mod whiteness;

@@ -6,6 +6,7 @@ use super::outcome::{FoundEffect, Rung, Verdict};
 use super::search::Trial;
 use super::select::Selection;
 use super::session::Session;
+use super::strain::Strain;
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.
 pub(super) fn remarks(
@@ -153,15 +154,25 @@ fn foretold(break_aways: &[BreakAways]) -> String {
 /// Errors below this many times the noise look like noise by their size.
 const NEARLY_NOISE: f64 = 1.5;
 
+/// What the words are about.
+pub(super) struct Seen<'a> {
+    /// The error ladder.
+    pub ladder: &'a [Rung],
+    /// Colour of what each model leaves.
+    pub colours: &'a [f64],
+    /// A constant of the structure that the model which explains the data had to bend.
+    pub strain: Option<&'a Strain>,
+}
+
 /// What was found and how sure it is, in plain words.
 pub(super) fn words(
     session: &Session,
     verdict: Verdict,
     effects: &[FoundEffect],
-    ladder: &[Rung],
-    colour: &[f64],
+    seen: &Seen,
     selection: &Selection,
 ) -> String {
+    let ladder = seen.ladder;
     let break_aways = &session.break_aways;
     let stopped = &selection.stopped;
     let last = ladder.last().expect("the ladder has its first rung");
@@ -223,7 +234,22 @@ pub(super) fn words(
             calibrated.holdout_over_noise
         ),
         Verdict::UnknownEffect => {
-            let left = colour.last().copied().unwrap_or(f64::NAN);
+            if let Some(strain) = seen
+                .strain
+                .filter(|_| last.holdout_over_noise < NEARLY_NOISE)
+            {
+                return format!(
+                    "Something outside the catalogue is missing, or the structure is not as stated: the model comes down to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
+                    last.holdout_over_noise,
+                    strain.name,
+                    strain.fitted,
+                    strain.unit,
+                    strain.believed,
+                    strain.unit,
+                    strain.deviations
+                );
+            }
+            let left = seen.colours.last().copied().unwrap_or(f64::NAN);
             let near = if last.holdout_over_noise < NEARLY_NOISE && left > FLOOR_COLOUR {
                 format!(
                     " The last step of the ladder comes to {:.2} times the sensor noise, but what it leaves is not white as noise is: its low frequencies have {left:.2} times the power of its high ones.",
