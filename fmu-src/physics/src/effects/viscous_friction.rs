@@ -23,7 +23,8 @@ pub static CARD: Card = Card {
         unit: SECOND_PER_METRE,
         start: 0.0,
         typical: 0.2,
-        min: -1.0,
+        // Friction that falls with the speed is a matter of the law: a calibration keeps off it.
+        min: 0.0,
         max: 3.0,
         role: Role::Amplitude,
     }],
