@@ -164,6 +164,17 @@ fn val_every_effect_is_differentiated() {
 }
 
 #[test]
+fn without_directions_the_motion_alone_comes_back() {
+    let times = times();
+    let slave = started(&setting());
+    let (values, slopes) = slave.tangents(&times, "tip_displacement", &[]).unwrap();
+    assert!(slopes.is_empty());
+    for (value, plain) in values.iter().zip(motion(&setting(), &times)) {
+        assert!((value - plain).abs() < 1e-13, "{value} against {plain} m");
+    }
+}
+
+#[test]
 fn several_changes_make_one_direction() {
     let times = times();
     let slave = started(&setting());

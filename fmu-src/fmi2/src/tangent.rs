@@ -100,13 +100,21 @@ impl Content {
         let groups = seeded
             .chunks(DIRECTIONS)
             .zip(answer.slopes.chunks_mut(DIRECTIONS * times.len()));
-        for (number, (seeds, slopes)) in groups.enumerate() {
-            let followed = self.follow(room, number, request.times, seeds, observed);
-            let out = followed.map_err(|cause| Fault::NotFollowed {
+        let mut follow = |number: usize, seeds: &[Seed]| {
+            let followed = self.follow(room, number, times, seeds, observed);
+            followed.map_err(|cause| Fault::NotFollowed {
                 time: times[0],
                 cause,
-            })?;
-            for (k, y) in out.iter().enumerate() {
+            })
+        };
+        if seeded.is_empty() {
+            let out = follow(0, &[])?;
+            for (value, y) in answer.values.iter_mut().zip(&out) {
+                *value = y.value;
+            }
+        }
+        for (number, (seeds, slopes)) in groups.enumerate() {
+            for (k, y) in follow(number, seeds)?.iter().enumerate() {
                 answer.values[k] = y.value;
                 for (i, slopes) in slopes.chunks_mut(times.len()).enumerate() {
                     slopes[k] = y.slope.get(i);

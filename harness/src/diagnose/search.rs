@@ -140,8 +140,8 @@ pub struct Depth {
 pub enum Nuisances {
     /// The calibrated ones only, with the effect barely on.
     Calibrated,
-    /// The calibrated ones, and the nominal ones with the effect at practical strength; for periodic effects only the
-    /// calibrated ones.
+    /// The calibrated ones, and the nominal ones with the effect at practical strength; for periodic effects the nominal ones
+    /// at the strongest lines only.
     Some,
     /// Both, for every effect.
     All,

@@ -130,7 +130,7 @@ impl Fitter<'_, '_> {
         done.then_some(slopes)
     }
 
-    /// Derivative of a shot's prediction by one thing that can be turned by differences, written into `column`; `predicted` is the
+    /// Derivative of a shot's prediction by one thing that can be turned, by differences, written into `column`; `predicted` is the
     /// residual as far as the motion was followed. A step
     /// whose response is far too strong to be linear is taken again smaller.
     fn difference(
