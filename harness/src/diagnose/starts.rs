@@ -82,7 +82,9 @@ pub(super) fn starts<'a>(
             } else {
                 &[&fresh, &from_base]
             };
-            resonance_starts(h, i, data, predictor, &from_base, origins, near)
+            // The structure as believed, unless all else explains the data: calibrated without the mode it has been bent.
+            let grid = if near { &from_base } else { &fresh };
+            resonance_starts(h, i, data, predictor, grid, origins, near)
         });
     }
     let shapes: Vec<usize> = (0..effect.parameters.len())
@@ -189,7 +191,7 @@ fn resonance_starts<'a>(
     knob: usize,
     data: &Data,
     predictor: &mut Predictor<'a>,
-    from_base: &Point,
+    grid: &Point,
     origins: &[&Point],
     near: bool,
 ) -> Vec<Point> {
@@ -208,7 +210,7 @@ fn resonance_starts<'a>(
     let mut tried: Vec<(f64, f64)> = Vec::new();
     let mut ratio: f64 = 1.0 / RESONANCE_RANGE;
     while ratio < RESONANCE_RANGE {
-        let mut point = from_base.clone();
+        let mut point = grid.clone();
         point.shared[knob] = h.shared[knob].clamp(h.shared[knob].position(ratio * typical));
         let point = Point {
             states: chosen.iter().map(|&k| point.states[k].clone()).collect(),
