@@ -7,6 +7,7 @@ use super::scan::{self, Argument};
 use super::search::Trial;
 use super::session::Session;
 use super::shot::Shot;
+use super::strain::strain;
 use super::whiteness;
 use crate::error::Error;
 
@@ -114,9 +115,9 @@ impl Contender {
         self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
     }
 
-    /// Whether the errors are down to the noise and as white.
+    /// Whether the errors are down to the noise and as white, without a structure bent to that end.
     pub fn reaches_floor(&self) -> bool {
-        is_floor(&self.fit, self.colour)
+        is_floor(&self.fit, self.colour) && strain(&self.trial).is_none()
     }
 }
 
