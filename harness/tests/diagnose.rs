@@ -137,7 +137,10 @@ fn a_model_that_bends_the_structure_to_explain_the_data_is_not_believed() {
     );
     assert_ne!(rough, text);
     std::fs::write(&file, rough).unwrap();
-    let output = stickslip(&["diagnose", campaign.to_str().unwrap()], folder.path());
+    let output = stickslip(
+        &["try", campaign.to_str().unwrap(), "--add", "quadratic_drag"],
+        folder.path(),
+    );
     assert!(
         output.status.success(),
         "{}",
