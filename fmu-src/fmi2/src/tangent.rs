@@ -52,22 +52,17 @@ pub struct Room(Vec<Group>);
 struct Group {
     run: Box<Simulation>,
     values: Vec<f64>,
+    /// Those of the seeds that change the model.
     seeds: Vec<Seed>,
 }
 
-impl Group {
-    /// Whether these values and seeds lead to the same model.
-    fn is_built_from(&self, values: &[f64], seeds: &[Seed]) -> bool {
-        let places = &*PLACES;
-        let of_model = |seeds: &[Seed]| -> Vec<Seed> {
-            let one = |seed: &Seed| {
-                let is_of = |&(index, _): &(usize, f64)| places.is_of_model(index);
-                seed.iter().copied().filter(is_of).collect()
-            };
-            seeds.iter().map(one).collect()
-        };
-        places.same_model(values, &self.values) && of_model(seeds) == of_model(&self.seeds)
-    }
+/// What of the seeds changes the model, and not the start alone.
+fn of_model(seeds: &[Seed]) -> Vec<Seed> {
+    let one = |seed: &Seed| {
+        let is_of = |&(index, _): &(usize, f64)| PLACES.is_of_model(index);
+        seed.iter().copied().filter(is_of).collect()
+    };
+    seeds.iter().map(one).collect()
 }
 
 /// What can be observed along a motion with its derivatives.
@@ -169,9 +164,13 @@ impl Content {
         let begin = real(times[0]);
         let inputs = places.inputs(&seeded, [real(0.0); 2], begin);
         let tolerance = self.values[places.tolerance];
+        let of_model = of_model(seeds);
+        let is_same = |group: &Group| {
+            PLACES.same_model(&self.values, &group.values) && group.seeds == of_model
+        };
         let known = room.0.get_mut(number);
         let run = match known {
-            Some(group) if group.is_built_from(&self.values, seeds) => {
+            Some(group) if is_same(group) => {
                 let from = places.start(&seeded, group.run.model(), begin);
                 group.run.restart(inputs, &from, tolerance)?;
                 &mut group.run
@@ -195,7 +194,7 @@ impl Content {
                     &mut room.0[number]
                 };
                 group.values.clone_from(&self.values);
-                group.seeds = seeds.to_vec();
+                group.seeds = of_model;
                 &mut group.run
             }
         };

@@ -38,8 +38,8 @@ mod plain {
 
     /// Value of the polynomial with coefficients `c`, power by power.
     #[inline]
-    pub fn polynomial(c: &[Real], theta: Real) -> Real {
-        c.iter().rev().fold(0.0, |sum, a| sum * theta + a)
+    pub fn polynomial<'a>(c: impl DoubleEndedIterator<Item = &'a Real>, theta: Real) -> Real {
+        c.rev().fold(0.0, |sum, a| sum * theta + a)
     }
 
     /// The root `theta` of an equation as a quantity: plain numbers have it already.

@@ -15,11 +15,11 @@ use crate::energy::Energy;
 use crate::error::{PhysicsError, require};
 use crate::integrate::dop853::Dop853;
 use crate::integrate::roots::first_below_zero;
-use crate::integrate::{MAX_DEGREE, MAX_STATES, Scales, Segment, State, System};
+use crate::integrate::{MAX_DEGREE, MAX_STATES, Scales, Segment, State, System, row_of};
 use crate::model::Model;
 use crate::model::series::Workspace;
 use crate::parameters::ModelParameters;
-use crate::real::{Real, ZERO, real, root, value};
+use crate::real::{Real, ZERO, root, value};
 use std::sync::Arc;
 #[cfg(not(feature = "tangent"))]
 pub(crate) use stick::DEPARTURE_VELOCITY;
@@ -733,14 +733,12 @@ impl Simulation {
     /// Polynomial of sgn * v_r over the segment, and its degree.
     fn gap_polynomial(&self, sign: f64) -> ([Real; MAX_DEGREE + 1], usize) {
         let mut gap = [ZERO; MAX_DEGREE + 1];
-        let mut zero = [ZERO; MAX_STATES];
-        let offset = self.model.relative_velocity(self.segment.start, &zero);
+        let (start, dimension) = (self.segment.start, self.segment.dimension);
+        let (row, offset) = row_of(dimension, |x| self.model.relative_velocity(start, x));
         gap[0] = sign * offset;
         gap[1] = -sign * self.model.inputs.belt_acceleration * self.segment.length;
-        for i in 0..self.segment.dimension {
-            zero[i] = real(1.0);
-            let row = sign * (self.model.relative_velocity(self.segment.start, &zero) - offset);
-            zero[i] = ZERO;
+        for i in 0..dimension {
+            let row = sign * row[i];
             if row != 0.0 {
                 for (g, c) in gap
                     .iter_mut()

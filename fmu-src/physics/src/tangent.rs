@@ -129,9 +129,9 @@ pub fn values(list: &[Tangent]) -> Values {
 
 /// Value of the polynomial with coefficients `c`, power by power: of the place its derivative alone is needed.
 #[inline]
-pub fn polynomial(c: &[Tangent], theta: Tangent) -> Tangent {
+pub fn polynomial<'a>(c: impl DoubleEndedIterator<Item = &'a Tangent>, theta: Tangent) -> Tangent {
     let (at, mut sum, mut rise) = (theta.value, ZERO, 0.0);
-    for a in c.iter().rev() {
+    for a in c.rev() {
         rise = rise * at + sum.value;
         sum = sum * at + a;
     }

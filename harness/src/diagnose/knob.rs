@@ -61,12 +61,14 @@ impl Knob {
         }
     }
 
-    /// Derivative of the value by the position.
-    pub fn slope(&self, position: f64) -> f64 {
-        match self.scale {
+    /// Derivatives by the position of the FMU's variables that are set from it.
+    pub fn changes(&self, position: f64) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let slope = match self.scale {
             Scale::Linear => 1.0,
             Scale::Log => position.exp(),
-        }
+        };
+        let targets = self.targets.iter();
+        targets.map(move |&(reference, factor)| (reference, factor * slope))
     }
 
     /// The nearest position within the bounds.

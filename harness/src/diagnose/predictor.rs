@@ -246,18 +246,13 @@ impl<'a> Predictor<'a> {
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
         for &turn in turns {
-            let by_knob = |knob: &Knob, position: f64| -> Vec<(u32, f64)> {
-                let slope = knob.slope(position);
-                let target = |&(reference, factor): &(u32, f64)| (reference, factor * slope);
-                knob.targets.iter().map(target).collect()
-            };
             let modal = 2 * h.modes;
-            self.directions.push(match turn {
-                Turn::State(i) if i < modal => vec![(r.states[i], 1.0)],
-                Turn::State(i) => vec![(h.extra_states[i - modal].0, 1.0)],
-                Turn::Shared(c) => by_knob(&h.shared[c], shared[c]),
-                Turn::Own(c) => by_knob(&h.own[shot.run][c], own[c]),
-            });
+            match turn {
+                Turn::State(i) if i < modal => self.directions.push([(r.states[i], 1.0)]),
+                Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
+                Turn::Shared(c) => self.directions.push(h.shared[c].changes(shared[c])),
+                Turn::Own(c) => self.directions.push(h.own[shot.run][c].changes(own[c])),
+            }
         }
         let origin = self.runs[shot.run].time[0];
         let times: Vec<f64> = (0..count).map(|i| shot.time[i * stride] - origin).collect();

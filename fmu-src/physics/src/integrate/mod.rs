@@ -1,6 +1,8 @@
 //! Integration of smooth pieces of motion; knows only its own trait [`System`].
 
-use crate::real::{Real, ZERO};
+#[cfg(feature = "tangent")]
+use crate::real::polynomial;
+use crate::real::{Real, ZERO, real};
 pub mod dop853;
 mod dop853_coefficients;
 pub mod linear;
@@ -28,6 +30,19 @@ pub trait System {
     fn dimension(&self) -> usize;
     /// Writes the rates f(t, x).
     fn rates(&self, t: Real, x: &State, rates: &mut State);
+}
+
+/// A quantity that is linear in the state, `offset + row x`, read off its values.
+pub fn row_of(dimension: usize, quantity: impl Fn(&State) -> Real) -> (State, Real) {
+    let mut probe = [ZERO; MAX_STATES];
+    let offset = quantity(&probe);
+    let mut row = [ZERO; MAX_STATES];
+    for i in 0..dimension {
+        probe[i] = real(1.0);
+        row[i] = quantity(&probe) - offset;
+        probe[i] = ZERO;
+    }
+    (row, offset)
 }
 
 /// Highest degree of a segment's polynomials.
@@ -74,19 +89,9 @@ impl Segment {
     /// State at normalised time `theta`: of the place, its derivative alone is needed.
     #[cfg(feature = "tangent")]
     pub fn state_at(&self, theta: Real, x: &mut State) {
-        use crate::real::value;
-        let at = value(theta);
-        let moves = !theta.slope.is_none();
         for i in 0..self.dimension {
-            let (mut sum, mut rise) = (self.coefficients[self.degree][i], 0.0);
-            for row in self.coefficients[..self.degree].iter().rev() {
-                rise = rise * at + value(sum);
-                sum = sum * at + row[i];
-            }
-            x[i] = sum;
-            if moves {
-                x[i] += rise * (theta - at);
-            }
+            let coefficients = self.coefficients[..=self.degree].iter();
+            x[i] = polynomial(coefficients.map(|row| &row[i]), theta);
         }
     }
 

@@ -17,7 +17,7 @@ const MAX_DEPTH: u32 = 48;
 /// (mean-value form, Moore 1966).
 pub fn first_below_zero(c: &[Real], low: f64, high: f64) -> Option<Real> {
     let theta = search(&values(c)[..c.len()], low, high, 0)?;
-    Some(root(theta, |theta| polynomial(c, theta)))
+    Some(root(theta, |theta| polynomial(c.iter(), theta)))
 }
 
 /// Value of the polynomial.

@@ -5,7 +5,7 @@ use crate::contact::ContactMode;
 use crate::error::PhysicsError;
 use crate::integrate::linear::LinearOutput;
 use crate::integrate::series::Series;
-use crate::integrate::{MAX_DEGREE, MAX_STATES, State};
+use crate::integrate::{MAX_DEGREE, State, row_of};
 use crate::real::{Real, ZERO, polynomial, real};
 
 impl Simulation {
@@ -31,7 +31,7 @@ impl Simulation {
                 of = Some(start);
             }
             let theta = self.segment.theta(t);
-            out.push(polynomial(&c[..=self.segment.degree], theta));
+            out.push(polynomial(c[..=self.segment.degree].iter(), theta));
         }
         Ok(())
     }
@@ -54,14 +54,7 @@ impl Simulation {
 
     /// What the sensor gives as `offset + row x`, in m.
     pub fn measured_row(&self) -> (State, Real) {
-        let mut x = [ZERO; MAX_STATES];
-        let offset = self.model.measured_displacement(&x);
-        let mut row = x;
-        for i in 0..self.model.dimension() {
-            x[i] = real(1.0);
-            row[i] = self.model.measured_displacement(&x) - offset;
-            x[i] = ZERO;
-        }
-        (row, offset)
+        let model = &self.model;
+        row_of(model.dimension(), |x| model.measured_displacement(x))
     }
 }

@@ -7,7 +7,7 @@ use crate::error::PhysicsError;
 use crate::integrate::linear::{LinearOutput, LinearSystem};
 use crate::integrate::roots::first_below_zero;
 use crate::integrate::series::stays_positive;
-use crate::integrate::{MAX_DEGREE, MAX_STATES};
+use crate::integrate::{MAX_DEGREE, MAX_STATES, row_of};
 use crate::model::Model;
 use crate::real::{Real, ZERO, real, root, value};
 use std::sync::Arc;
@@ -27,14 +27,7 @@ pub(super) struct StickSystem {
 impl StickSystem {
     /// Adds the constraint force to linear equations read at time `t` in s.
     pub(super) fn new(linear: LinearSystem, model: &Model, t: Real) -> Self {
-        let mut probe = [ZERO; MAX_STATES];
-        let offset = model.constraint_force(t, &probe);
-        let mut row = [ZERO; MAX_STATES];
-        for i in 0..model.dimension() {
-            probe[i] = real(1.0);
-            row[i] = model.constraint_force(t, &probe) - offset;
-            probe[i] = ZERO;
-        }
+        let (row, offset) = row_of(model.dimension(), |x| model.constraint_force(t, x));
         Self {
             force: linear.output(&row, offset),
             linear,

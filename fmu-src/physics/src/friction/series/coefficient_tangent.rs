@@ -6,14 +6,14 @@
 //! directions is left where differentiating every exponential would need six.
 
 use super::ExponentialSum;
-use crate::integrate::series::RECIPROCAL;
+use crate::integrate::series::{RECIPROCAL, Series, product};
 use crate::integrate::{LANES, MAX_DEGREE};
 use crate::tangent::{Slope, Tangent};
 
 /// Series that belong to a [`CoefficientSeries`]; those of the powers worked out so far are valid.
 #[derive(Clone)]
 pub struct CoefficientRoom {
-    speed: [Tangent; MAX_DEGREE + 1],
+    speed: Series,
     /// The exponent's variable a.
     argument: [f64; MAX_DEGREE + 1],
     /// `k a_k`.
@@ -73,11 +73,7 @@ impl<'a> CoefficientSeries<'a> {
         }
         let argument = if law.squared {
             room.speed[k] = speed;
-            let mut sum = crate::tangent::ZERO;
-            for i in 0..=k {
-                sum += room.speed[i] * room.speed[k - i];
-            }
-            sum
+            product(&room.speed, &room.speed, k)
         } else {
             speed
         };
