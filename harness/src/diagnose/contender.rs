@@ -38,6 +38,7 @@ pub fn is_floor(fit: &Judgement, colour: f64) -> bool {
 }
 
 /// A hypothesis with its fit and judgements.
+#[derive(Clone)]
 pub struct Contender {
     /// Effects that are on.
     pub choices: Vec<Choice>,
@@ -49,6 +50,10 @@ pub struct Contender {
     pub holdout: Option<Judgement>,
     /// How far from white what it leaves is ([`super::whiteness`]).
     pub colour: f64,
+    /// Fitted to all shots of the runs fitted, once that was needed ([`super::whole`]).
+    pub whole: Option<Trial>,
+    /// Whether that fit showed it to be wrong.
+    pub is_refuted: bool,
 }
 
 impl Contender {
@@ -69,6 +74,8 @@ impl Contender {
             choices,
             trial,
             holdout: None,
+            whole: None,
+            is_refuted: false,
         })
     }
 
@@ -115,9 +122,9 @@ impl Contender {
         self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
     }
 
-    /// Whether the errors are down to the noise and as white, without a structure bent to that end.
+    /// Whether the errors are down to the noise and as white, without a structure bent to that end, as far as is known.
     pub fn reaches_floor(&self) -> bool {
-        is_floor(&self.fit, self.colour) && strain(&self.trial).is_none()
+        !self.is_refuted && is_floor(&self.fit, self.colour) && strain(&self.trial).is_none()
     }
 }
 

@@ -102,6 +102,7 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
 }
 
 /// The reference model with the effects chosen, ready to be fitted to a campaign.
+#[derive(Clone)]
 pub struct Hypothesis {
     /// Effects that are on.
     pub choices: Vec<Choice>,

@@ -5,6 +5,7 @@ use super::hypothesis::Choice;
 use super::screen::Screen;
 use super::search::{BRIEF, HELD, HIDDEN, variants};
 use super::session::Session;
+use super::whole;
 use crate::error::Error;
 use crate::watch::Watch;
 
@@ -69,8 +70,11 @@ pub(super) fn held(
         pairs.extend(found);
         screen.sort(&mut pairs);
         led.push(first.clone());
-        let explains = |p: &Contender| p.reaches_floor() && !p.is_local();
-        if watch.stop() || pairs.first().is_some_and(explains) {
+        let explains = match pairs.first_mut() {
+            Some(best) if !best.is_local() => whole::stands(screen.session, best)?,
+            _ => false,
+        };
+        if watch.stop() || explains {
             break;
         }
     }

@@ -28,19 +28,21 @@ pub(super) fn believed_path(
 ) -> Vec<Contender> {
     // A second effect is believed if it brings the errors down to the noise and is worth more than chance.
     let alone = score_alone(singles, samples);
-    // Nor is it if one of the two is worth as much alone.
+    // Nor is it if one of the two is worth as much alone, unless that is known to be wrong.
     let half = |p: &Contender| {
         let of_pair = singles
             .iter()
-            .filter(|s| p.effects().contains(&s.choices[0].effect));
+            .filter(|s| p.effects().contains(&s.choices[0].effect) && !s.is_refuted);
         of_pair.map(|s| s.score(samples)).fold(alone, f64::min)
     };
-    let believed = |p: &&Contender| p.reaches_floor() && p.score(samples) < half(p) - NULL_GAIN;
+    let believed = |p: &Contender| p.reaches_floor() && p.score(samples) < half(p) - NULL_GAIN;
     let mut path = Vec::new();
-    if let Some(best) = pairs.first().filter(believed) {
-        let first = singles.iter().position(|s| s.choices[0] == best.choices[0]);
+    let unrefuted = pairs.iter().position(|p| !p.is_refuted);
+    if let Some(best) = unrefuted.filter(|&i| believed(&pairs[i])) {
+        let pair = pairs.remove(best);
+        let first = singles.iter().position(|s| s.choices[0] == pair.choices[0]);
         path.extend(first.map(|i| singles.remove(i)));
-        path.push(pairs.remove(0));
+        path.push(pair);
         return path;
     }
     let Some(first) = singles.first() else {

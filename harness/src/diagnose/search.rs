@@ -27,6 +27,7 @@ const FOLLOWED: usize = 2;
 const FAR: f64 = 3.0;
 
 /// A hypothesis and the best fit found.
+#[derive(Clone)]
 pub struct Trial {
     /// The hypothesis.
     pub hypothesis: Hypothesis,

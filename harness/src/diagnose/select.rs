@@ -2,23 +2,19 @@
 
 use super::contender::{Contender, NULL_GAIN};
 use super::fit::Fitter;
+use super::hunt::{Hunt, hunt};
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
 use super::null;
-use super::pairs;
-use super::path::{believed_path, is_profile, score_alone};
+use super::path::{believed_path, is_profile};
 use super::predictor::Point;
 use super::screen::Screen;
-use super::search::{self, BRIEF, FIRM, HELD, THOROUGH, Trial, variants};
+use super::search::{self, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
 use super::shot::Shot;
 use crate::error::Error;
 use crate::watch::Watch;
 
-/// Single effects with which pairs are formed when none alone is enough.
-const PAIR_LEADERS: usize = 2;
-/// Single effects that are searched for again from their own optima.
-const RESTARTED: usize = 3;
 /// Single effects that are judged on the runs kept out, the best ones.
 const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
@@ -63,78 +59,18 @@ impl Selection {
 
 /// Compares the catalogue on a campaign.
 ///
-/// Every candidate is searched for briefly; only where none comes down to the noise, the search is repeated with the
-/// reference model held to what is believed of it, and pairs are formed with the best of that.
-///
 /// # Errors
 /// An FMU that can't be run.
 pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> {
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1);
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
-    let base = screen.calibrate(1.0)?;
-    let list = search::all_variants(session);
-    let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
-    let mut singles = screen.compete(&jobs, &base, BRIEF, watch)?;
-    let mut calibrated = screen.recalibrate(base, &singles)?;
-    let at_floor = |singles: &[Contender], calibrated: &Contender| {
-        calibrated.reaches_floor() || singles.first().is_some_and(Contender::reaches_floor)
-    };
-    // Values of its own along each run imitate much: that alone does not end the search.
-    let settled = |singles: &[Contender], calibrated: &Contender| {
-        let first = singles.first();
-        calibrated.reaches_floor() || first.is_some_and(|s| s.reaches_floor() && !s.is_local())
-    };
-    if !settled(&singles, &calibrated) {
-        screen.lend_lines(&mut singles, &list)?;
-        screen.polish(&mut singles, watch)?;
-    }
-    if !settled(&singles, &calibrated) {
-        screen.restart(&mut singles, RESTARTED, watch)?;
-    }
-    let mut held = Vec::new();
-    // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
-    let may_be_two = !session.place_is_told();
-    if !settled(&singles, &calibrated) && may_be_two && !watch.stop() {
-        held = screen.compete(&jobs, &screen.calibrate(FIRM)?, HELD, watch)?;
-        let freed = screen.freed(&held)?;
-        screen.keep_better(&mut singles, freed);
-        calibrated = screen.recalibrate(calibrated, &singles)?;
-        screen.lend_lines(&mut singles, &list)?;
-        screen.polish(&mut singles, watch)?;
-    }
-    if !settled(&singles, &calibrated) {
-        screen.restart(&mut singles, RESTARTED, watch)?;
-    }
-    let claimed = singles
-        .first()
-        .is_some_and(|s| s.score(screen.samples) < calibrated.score(screen.samples) - NULL_GAIN);
-    if claimed && at_floor(&singles, &calibrated) && !watch.stop() {
-        screen.compare_forms(&mut singles)?;
-    }
-    let mut pairs = match (at_floor(&singles, &calibrated), claimed) {
-        // Down to the noise already: a second effect may still hide behind the first.
-        (true, true) => pairs::behind_the_best(&screen, &list, &mut singles, watch)?,
-        (true, false) => Vec::new(),
-        (false, _) if !may_be_two => Vec::new(),
-        (false, _) => {
-            let mut leaders: Vec<&Contender> = held.iter().take(PAIR_LEADERS).collect();
-            // The best of those fitted freely leads too: held, others may stand before it.
-            let known = |s: &Contender| leaders.iter().any(|l| l.effects() == s.effects());
-            let free = singles
-                .first()
-                .filter(|s| screen.is_promising(s) && !known(s));
-            leaders.extend(free);
-            pairs::held(&screen, &list, &leaders, watch)?
-        }
-    };
-    let to_beat = score_alone(&singles, screen.samples) - NULL_GAIN;
-    let is_worth_it = |p: &&Contender| p.reaches_floor() && p.score(screen.samples) < to_beat;
-    if let Some(best) = pairs.first().filter(is_worth_it) {
-        let others = pairs::other_forms(session, &screen, best, watch)?;
-        screen.keep_better(&mut pairs, others);
-    }
-    screen.nest(&mut singles, &calibrated)?;
+    let Hunt {
+        mut calibrated,
+        mut singles,
+        mut pairs,
+        ..
+    } = hunt(session, &screen, watch)?;
     let stopped = watch.stop();
     if !stopped {
         watch.step("judging the candidates on the runs kept out", 0, 1);
@@ -143,6 +79,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let samples = screen.samples;
     let mut path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    let list = search::all_variants(session);
     let profile = list.iter().find(|c| is_profile(session, c));
     let by_break_aways = match profile {
         Some(choice) if !explained && !stopped && session.place_is_told() => {

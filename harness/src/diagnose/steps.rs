@@ -3,28 +3,19 @@
 use super::candidate::Role;
 use super::conclude::estimate;
 use super::contender::Contender;
-use super::fit::Effort;
 use super::judge::{self, Care, Judgement};
 use super::predictor::Point;
 use super::search::{self, Trial};
 use super::select::Selection;
 use super::session::Session;
 use super::shot::Shot;
-use super::whiteness;
+use super::{whiteness, whole};
 use crate::error::Error;
 
 /// Standard deviations by which an effect must differ from nothing beside a model that is down to the noise.
 const FAINT: f64 = 3.0;
 /// Gain that needs no second look.
 const OVERWHELMING: f64 = 300.0;
-
-/// Jacobians for the last fit of a rung.
-const REFIT: usize = 40;
-/// The same for a rung that does not explain the data: its parameters mean little.
-const REFIT_OF_WRONG: usize = 8;
-/// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
-/// valley.
-const REFIT_TOLERANCE: f64 = 1e-6;
 
 /// One step of the ladder, fitted on all shots: the calibrated model, then one effect more each time.
 pub struct Step {
@@ -83,7 +74,11 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
     let all = session.fit_shots(1);
     let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
     let mut steps = super::session::parallel(&steps, |contender| {
-        let trial = refit(session, contender, &all, &shots)?;
+        let trial = match &contender.whole {
+            // Nothing can have changed since: where friction scatters, no contender is looked at as a whole before.
+            Some(trial) => trial.clone(),
+            None => whole::refit(session, contender, &all, &shots)?,
+        };
         Step::new(session, trial, &all, &shots)
     })?;
     for i in 1..steps.len() {
@@ -123,7 +118,7 @@ pub fn prune(
             let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
             let h = session.hypothesis(&below.choices)?;
             let start = search::narrowed(&h, &steps[depth].trial.fit.point, &shots);
-            let again = search::settled(session, h, &shots, start, last_effort())?;
+            let again = search::settled(session, h, &shots, start, whole::last_effort())?;
             if again.fit.trimmed < steps[depth - 1].trial.fit.trimmed {
                 steps[depth - 1] = Step::new(session, again, &all, &shots)?;
                 for i in (depth - 1).max(1)..=depth {
@@ -170,40 +165,4 @@ fn is_faint(session: &Session, step: &Step, below: &Contender) -> bool {
     }
     // Nothing that could be told, such as the nodes of a profile, is not faint.
     (0.0..FAINT).contains(&strongest)
-}
-
-/// The effort of a last fit of a model that explains the data.
-fn last_effort() -> Effort {
-    Effort {
-        tolerance: REFIT_TOLERANCE,
-        patience: 2,
-        stride: 1,
-        ..search::effort(REFIT)
-    }
-}
-
-/// A contender fitted to `shots`, which stand at `all` in the session's list.
-fn refit(
-    session: &Session,
-    contender: &Contender,
-    all: &[usize],
-    shots: &[Shot],
-) -> Result<Trial, Error> {
-    let h = session.hypothesis(&contender.choices)?;
-    let mut start = Point::centre(&h, shots);
-    start.shared.clone_from(&contender.trial.fit.point.shared);
-    start.own.clone_from(&contender.trial.fit.point.own);
-    // Shots that were in the comparison keep the starts found there.
-    for (i, &k) in contender.fit.shots.iter().enumerate() {
-        if let Some(j) = all.iter().position(|&a| a == k) {
-            start.states[j].clone_from(&contender.trial.fit.point.states[i]);
-            start.stuck[j] = contender.trial.fit.point.stuck[i];
-        }
-    }
-    let effort = if contender.reaches_floor() {
-        last_effort()
-    } else {
-        search::effort(REFIT_OF_WRONG)
-    };
-    search::settled(session, h, shots, start, effort)
 }
