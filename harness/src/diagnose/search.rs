@@ -43,7 +43,6 @@ pub fn effort(iterations: usize) -> Effort {
         share: 1.0,
         tolerance: 1e-3,
         patience: 1,
-        knobs: true,
         shared: true,
         revive: true,
         belief: 1.0,

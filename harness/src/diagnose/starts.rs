@@ -22,6 +22,8 @@ const FRESH_LINES: usize = 2;
 const RESONANCE_RANGE: f64 = 1.35;
 /// ... on a grid of this ratio, ...
 const RESONANCE_STEP: f64 = 1.012;
+/// ... with so many iterations for each start state ...
+const RESONANCE_LOOK: usize = 2;
 /// ... on every how many-th shot; ...
 const RESONANCE_SHOTS: usize = 3;
 /// ..., where all else explains the data already; ...
@@ -219,12 +221,10 @@ fn resonance_starts<'a>(
         };
         let position = point.shared[knob];
         let quick = Effort {
-            knobs: false,
             share: LOOK_SHARE,
-            revive: false,
-            ..effort(2)
+            ..effort(0)
         };
-        let fit = Fitter::new(predictor, h, &some, quick).run(point);
+        let fit = Fitter::new(predictor, h, &some, quick).fit_starts(point, RESONANCE_LOOK);
         tried.push((fit.trimmed, position));
         ratio *= RESONANCE_STEP;
     }

@@ -15,19 +15,34 @@ pub(super) struct Linear {
     pub knobs: DMatrix<f64>,
 }
 
+/// What a shot's prediction is differentiated by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turned {
+    /// Start state and knobs.
+    All,
+    /// The start state alone.
+    State,
+}
+
 impl Fitter<'_, '_> {
     /// All shots, linearised by differences.
     pub(super) fn linearise_all(&mut self, here: &Place) -> Vec<Option<Linear>> {
         (0..self.data.shots.len())
             .map(|k| {
                 let residual = here.residual[k].clone()?;
-                Some(self.linearise(k, &here.point, residual))
+                Some(self.linearise(k, &here.point, residual, Turned::All))
             })
             .collect()
     }
 
     /// Derivatives for one shot by differences.
-    pub(super) fn linearise(&mut self, k: usize, point: &Point, residual: Vec<f64>) -> Linear {
+    pub(super) fn linearise(
+        &mut self,
+        k: usize,
+        point: &Point,
+        residual: Vec<f64>,
+        turned: Turned,
+    ) -> Linear {
         let shot = &self.data.shots[k];
         let h = self.hypothesis;
         let n = residual.len();
@@ -42,13 +57,14 @@ impl Fitter<'_, '_> {
             own: point.own[shot.run].clone(),
         };
         // What is the same for all shots of a run comes first, so that the FMU need not build its model anew for each.
-        let moves = |&c: &usize| self.effort.knobs && self.moves(&h.shared[c]);
+        let with_knobs = turned == Turned::All;
+        let moves = |&c: &usize| with_knobs && self.moves(&h.shared[c]);
         let mut turns: Vec<Turn> = (0..h.shared.len())
             .filter(moves)
             .map(Turn::Shared)
             .collect();
         let mut local = Vec::new();
-        for c in (0..own).filter(|_| self.effort.knobs) {
+        for c in (0..own).filter(|_| with_knobs) {
             let knob = &h.own[shot.run][c];
             let outside = knob.support.is_some_and(|(low, high)| {
                 shot.travel_end.max(shot.travel) < low || shot.travel.min(shot.travel_end) > high

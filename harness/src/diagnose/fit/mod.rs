@@ -55,8 +55,6 @@ pub struct Effort {
     pub tolerance: f64,
     /// Iterations in a row that gain less than that after which a fit ends.
     pub patience: usize,
-    /// Whether shared and own knobs move, or only the start states.
-    pub knobs: bool,
     /// Whether the shared knobs move.
     pub shared: bool,
     /// Whether shots that start in the wrong basin get other starts.
@@ -73,9 +71,7 @@ pub struct Effort {
 pub struct Fit {
     /// The point reached.
     pub point: Point,
-    /// Objective there.
-    pub objective: f64,
-    /// Objective without the fifth of the shots that fit worst: what fits are compared by, since one
+    /// Objective there without the fifth of the shots that fit worst: what fits are compared by, since one
     /// grazing shot more or less says nothing about the model.
     pub trimmed: f64,
     /// Mean square residual of each shot in m^2.
@@ -373,7 +369,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             let mut linear = self.linearise_all(&here);
             for quasi in 0..=QUASI_STEPS {
                 let system = Normal::assemble(self, &here, &linear);
-                if quasi == 0 && self.effort.knobs {
+                if quasi == 0 {
                     covariance = system.covariance();
                 }
                 let Some(next) = self.descend(&here, &system, &mut damping) else {
@@ -398,11 +394,15 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 strikes = 0;
             }
         }
+        self.fit_at(here, covariance)
+    }
+
+    /// The fit that a place is.
+    fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>) -> Fit {
         let mean_square = (0..here.sums.len())
             .map(|k| here.sums[k] / self.count(k))
             .collect();
         Fit {
-            objective: self.total(&here.point, &here.sums),
             trimmed: here.merit,
             point: here.point,
             mean_square,
@@ -463,15 +463,6 @@ impl<'a, 'b> Fitter<'a, 'b> {
             .filter(|&k| kept[k])
             .map(|k| self.loss(k, sums[k]));
         self.prior_loss(point) + losses.sum::<f64>()
-    }
-
-    fn total(&self, point: &Point, sums: &[f64]) -> f64 {
-        self.prior_loss(point)
-            + sums
-                .iter()
-                .enumerate()
-                .map(|(k, s)| self.loss(k, *s))
-                .sum::<f64>()
     }
 }
 

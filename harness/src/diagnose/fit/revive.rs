@@ -1,7 +1,8 @@
 //! Other start states for shots that ended in a wrong basin.
 
+use super::jacobian::Turned;
 use super::normal::scaled_inverse;
-use super::{Effort, Fit, Fitter, Place, directions, sum_of_squares};
+use super::{Fit, Fitter, Place, directions, sum_of_squares};
 use crate::diagnose::predictor::{Point, ShotStart};
 use nalgebra::DVector;
 
@@ -10,6 +11,10 @@ const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (
 
 /// How many of these shares are a shot's beginning.
 const BEGINNING: usize = 2;
+/// Fall of a shot's sum of squares, as a share of it, below which the fit of its start ends.
+const START_TOLERANCE: f64 = 1e-3;
+/// How often shots in a wrong basin get other starts where only starts are fitted: what is found may be where the next begins.
+const REVIVALS_OF_STARTS: usize = 2;
 /// Share to which the objective must have fallen before a shot that was not found is looked for again.
 const FOUND_ANEW: f64 = 0.7;
 
@@ -22,26 +27,27 @@ impl Fitter<'_, '_> {
     }
 
     /// Fits the start states alone, over a growing share of the shots: the beginning of a shot is met from
-    /// afar where its end would lead astray.
+    /// afar where its end would lead astray. Shots that end in a wrong basin get other starts.
     pub fn settle(&mut self, start: Point) -> Fit {
-        let effort = self.effort;
         let mut point = start;
-        for (share, iterations) in GROWING {
-            self.effort = Effort {
-                knobs: false,
-                share,
-                iterations,
-                revive: share == 1.0,
-                ..effort
-            };
-            let fit = self.run(point);
-            if share == 1.0 {
-                self.effort = effort;
-                return fit;
-            }
-            point = fit.point;
+        for k in 0..self.data.shots.len() {
+            self.fit_start(k, &mut point, &GROWING);
         }
-        unreachable!("the last share is the whole")
+        let mut here = self.evaluate(point);
+        for _ in 0..REVIVALS_OF_STARTS {
+            self.revive(&mut here);
+        }
+        self.fit_at(here, None)
+    }
+
+    /// Fits the start states alone, each in so many iterations, as far as the effort says.
+    pub fn fit_starts(&mut self, start: Point, iterations: usize) -> Fit {
+        let mut point = start;
+        for k in 0..self.data.shots.len() {
+            self.fit_start(k, &mut point, &[(1.0, iterations)]);
+        }
+        let here = self.evaluate(point);
+        self.fit_at(here, None)
     }
 
     /// Fits the start state of one shot alone over growing shares of it, from the start it has in `point`.
@@ -57,14 +63,13 @@ impl Fitter<'_, '_> {
     }
 
     fn fit_start_over(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {
-        let knobs = std::mem::replace(&mut self.effort.knobs, false);
         let mut sum = self.sum(k, point);
         let mut damping = 1e-3;
         for _ in 0..iterations {
             let Some(residual) = self.residual(k, point) else {
                 break;
             };
-            let l = self.linearise(k, point, residual);
+            let l = self.linearise(k, point, residual, Turned::State);
             let list = directions(self.hypothesis, point.stuck[k]);
             let mut xx = l.states.tr_mul(&l.states);
             let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
@@ -93,11 +98,10 @@ impl Fitter<'_, '_> {
                 }
                 damping *= 10.0;
             }
-            if before - sum < 1e-2 * before {
+            if before - sum < START_TOLERANCE * before {
                 break;
             }
         }
-        self.effort.knobs = knobs;
         sum
     }
 

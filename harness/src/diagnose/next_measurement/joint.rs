@@ -185,7 +185,6 @@ fn carried(session: &Session, alone: &Session, contender: &Contender) -> Result<
             shared: found.shared.clone(),
             ..centre
         },
-        objective: f64::NAN,
         trimmed: f64::NAN,
         mean_square: Vec::new(),
         covariance: None,
