@@ -24,6 +24,10 @@ use nalgebra::{DMatrix, DVector};
 /// Steps taken on one Jacobian after the first, with Broyden's update in between: each costs one
 /// prediction a shot where a Jacobian costs one a knob.
 const QUASI_STEPS: usize = 4;
+/// Dampings that are tried with a Jacobian, ...
+const TRIES: usize = 6;
+/// ... and with one that was only updated: another costs as much as seven predictions.
+const QUASI_TRIES: usize = 2;
 /// A shot whose sum of squares grows by more than this in a step has left its basin.
 const LOST: f64 = 4.0;
 /// Damping of the first step, relative to the diagonal; ...
@@ -267,6 +271,10 @@ impl<'a, 'b> Fitter<'a, 'b> {
     }
 
     fn prior_loss(&self, point: &Point) -> f64 {
+        self.knob_prior(point) + self.state_prior(point)
+    }
+
+    fn knob_prior(&self, point: &Point) -> f64 {
         let one = |knob: &super::knob::Knob, u: f64| {
             if knob.prior_std > 0.0 {
                 0.5 * self.precision(knob) * (u - knob.position(knob.prior)).powi(2)
@@ -292,7 +300,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
                     .sum::<f64>()
             })
             .sum();
-        shared + own + self.state_prior(point)
+        shared + own
     }
 
     fn state_prior(&self, point: &Point) -> f64 {
@@ -372,7 +380,8 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 if quasi == 0 {
                     covariance = system.covariance();
                 }
-                let Some(next) = self.descend(&here, &system, &mut damping) else {
+                let tries = if quasi == 0 { TRIES } else { QUASI_TRIES };
+                let Some(next) = self.descend(&here, &system, &mut damping, tries) else {
                     break;
                 };
                 let fall = here.merit - next.merit;
@@ -411,38 +420,62 @@ impl<'a, 'b> Fitter<'a, 'b> {
     }
 
     /// One step of Levenberg-Marquardt; `None` if no damping gives a fall.
-    fn descend(&mut self, here: &Place, system: &Normal, damping: &mut f64) -> Option<Place> {
-        for _ in 0..6 {
-            if let Some(trial) = system.step(self, &here.point, *damping) {
-                let next = self.repair(trial, here);
-                if next.merit < here.merit {
-                    *damping = (*damping * 0.2).max(1e-9);
-                    return Some(next);
-                }
+    fn descend(
+        &mut self,
+        here: &Place,
+        system: &Normal,
+        damping: &mut f64,
+        tries: usize,
+    ) -> Option<Place> {
+        for _ in 0..tries {
+            let trial = system.step(self, &here.point, *damping);
+            if let Some(next) = trial.and_then(|trial| self.better(trial, here)) {
+                *damping = (*damping * 0.2).max(1e-9);
+                return Some(next);
             }
             *damping *= 8.0;
         }
         None
     }
 
-    /// Evaluates a trial; where a shot fared much worse than before, its old start state gets a chance.
-    fn repair(&mut self, trial: Point, old: &Place) -> Place {
-        let mut next = self.evaluate(trial);
-        for k in 0..next.sums.len() {
-            if next.sums[k] > LOST * old.sums[k] {
-                let new = std::mem::replace(&mut next.point.states[k], old.point.states[k].clone());
-                let residual = self.residual(k, &next.point);
-                let sum = sum_of_squares(&residual);
-                if sum < next.sums[k] {
-                    next.sums[k] = sum;
-                    next.residual[k] = residual;
+    /// Evaluates a trial; where a shot fared much worse than before, its old start state gets a chance. `None` if the trial is
+    /// no better, which may show before all shots are predicted.
+    fn better(&mut self, mut point: Point, old: &Place) -> Option<Place> {
+        let count = self.data.shots.len();
+        let prior = self.knob_prior(&point);
+        let (mut residuals, mut sums) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        // Losses so far, the smallest first.
+        let mut losses: Vec<f64> = Vec::with_capacity(count);
+        for k in 0..count {
+            let mut residual = self.residual(k, &point);
+            let mut sum = sum_of_squares(&residual);
+            if sum > LOST * old.sums[k] {
+                let new = std::mem::replace(&mut point.states[k], old.point.states[k].clone());
+                let again = self.residual(k, &point);
+                let sum_again = sum_of_squares(&again);
+                if sum_again < sum {
+                    (residual, sum) = (again, sum_again);
                 } else {
-                    next.point.states[k] = new;
+                    point.states[k] = new;
                 }
             }
+            let loss = self.loss(k, sum);
+            losses.insert(losses.partition_point(|l| *l < loss), loss);
+            residuals.push(residual);
+            sums.push(sum);
+            // Those that count in the end weigh at least as much as these.
+            let sure = losses.len().saturating_sub(count - kept_count(count));
+            if prior + losses[..sure].iter().sum::<f64>() > old.merit {
+                return None;
+            }
         }
-        next.merit = self.trimmed(&next.point, &next.sums);
-        next
+        let merit = self.trimmed(&point, &sums);
+        (merit < old.merit).then_some(Place {
+            point,
+            residual: residuals,
+            sums,
+            merit,
+        })
     }
 
     /// Which shots count: all but those that fit worst.
@@ -451,7 +484,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut order: Vec<usize> = (0..sums.len()).collect();
         order.sort_by(|&a, &b| losses[a].total_cmp(&losses[b]));
         let mut kept = vec![false; sums.len()];
-        for &k in &order[..(sums.len() as f64 * (1.0 - TRIMMED)).ceil() as usize] {
+        for &k in &order[..kept_count(sums.len())] {
             kept[k] = true;
         }
         kept
@@ -464,6 +497,11 @@ impl<'a, 'b> Fitter<'a, 'b> {
             .map(|k| self.loss(k, sums[k]));
         self.prior_loss(point) + losses.sum::<f64>()
     }
+}
+
+/// How many of so many shots count.
+fn kept_count(shots: usize) -> usize {
+    (shots as f64 * (1.0 - TRIMMED)).ceil() as usize
 }
 
 /// Sum of the squares; infinite where the FMU gave up.
