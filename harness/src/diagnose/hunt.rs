@@ -131,11 +131,12 @@ impl Hunt<'_> {
         self.restart()
     }
 
-    /// While nothing explains the data: other starts.
+    /// While nothing explains the data: other starts, and the best to its end.
     fn restart(&mut self) -> Result<(), Error> {
         if !self.is_settled()? {
             self.screen
                 .restart(&mut self.singles, RESTARTED, self.watch)?;
+            self.screen.finish(&mut self.singles, self.watch)?;
         }
         Ok(())
     }
@@ -189,6 +190,6 @@ impl Hunt<'_> {
         leaders.extend(free);
         let found = pairs::held(self.screen, &self.list, &leaders, self.watch)?;
         self.screen.keep_better(&mut self.pairs, found);
-        Ok(())
+        self.screen.finish(&mut self.pairs, self.watch)
     }
 }

@@ -8,6 +8,7 @@ use super::predictor::Point;
 use super::search::{self, Depth, Trial, baseline, search};
 use super::session::{Session, parallel};
 use super::shot::Shot;
+use super::whole;
 use crate::error::Error;
 use crate::watch::Watch;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,6 +21,8 @@ const ENOUGH: usize = 24;
 const PROMISING: f64 = 30.0;
 /// ..., if it is also below this many times the best contender's.
 const NEAR_THE_BEST: f64 = 3.0;
+/// A contender whose median error over the noise is below this is worth fitting to its end.
+const NEAR_THE_NOISE: f64 = 3.0;
 /// Contenders that are fitted further.
 const POLISHED: usize = 4;
 /// Jacobians for that.
@@ -248,6 +251,35 @@ impl<'a> Screen<'a> {
         Ok(if is_better { again } else { further })
     }
 
+    /// Fits the best contender to its end if it is near the noise but not down to it: what lies along a narrow valley takes more
+    /// steps than a comparison affords.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(super) fn finish(
+        &self,
+        contenders: &mut [Contender],
+        watch: &dyn Watch,
+    ) -> Result<(), Error> {
+        let Some(best) = contenders.first_mut() else {
+            return Ok(());
+        };
+        if best.reaches_floor() || best.fit.quantile(0.5) > NEAR_THE_NOISE || watch.stop() {
+            return Ok(());
+        }
+        watch.step("fitting the best candidate to its end", 0, 1);
+        let start = best.trial.fit.point.clone();
+        let effort = Effort {
+            stride: search::STRIDE,
+            ..whole::last_effort()
+        };
+        let further = self.fitted(&best.choices, start, effort)?;
+        if further.fit.trimmed < best.fit.trimmed {
+            *best = further;
+        }
+        Ok(())
+    }
+
     /// A contender fitted further with its effects in another order.
     ///
     /// # Errors
@@ -277,6 +309,11 @@ impl<'a> Screen<'a> {
             patience: 2,
             ..search::effort(iterations)
         };
+        self.fitted(choices, start, effort)
+    }
+
+    /// A hypothesis fitted from a point of its own: its start states first, then all.
+    fn fitted(&self, choices: &[Choice], start: Point, effort: Effort) -> Result<Contender, Error> {
         let h = self.session.hypothesis(choices)?;
         let trial = search::settled(self.session, h, &self.shots, start, effort)?;
         self.contender(choices.to_vec(), trial)

@@ -381,7 +381,12 @@ impl<'a, 'b> Fitter<'a, 'b> {
                     covariance = system.covariance();
                 }
                 let tries = if quasi == 0 { TRIES } else { QUASI_TRIES };
+                let known = damping;
                 let Some(next) = self.descend(&here, &system, &mut damping, tries) else {
+                    if quasi > 0 {
+                        // It was the Jacobian that failed, not the length of the step.
+                        damping = known;
+                    }
                     break;
                 };
                 let fall = here.merit - next.merit;
