@@ -5,7 +5,7 @@ use super::contender::Contender;
 use super::hypothesis::Choice;
 use super::scan;
 use super::screen::{POLISH, Screen};
-use super::search::{self, HIDDEN, search};
+use super::search::{self, BRIEF, HIDDEN, search};
 use super::session::parallel;
 use crate::error::Error;
 use crate::watch::Watch;
@@ -76,7 +76,15 @@ impl Screen<'_> {
             .collect();
         if forms.len() > 1 {
             let again = parallel(&forms, |&i| self.further(&contenders[i], POLISH))?;
+            // The others also from where the best stands: of its parameters, those of the same name mean much the same.
+            let best = &contenders[0].trial;
+            let from_the_best = parallel(&forms[1..], |&i| {
+                let choices = &contenders[i].choices;
+                let trial = search(self.session, choices, &self.shots, best, BRIEF)?;
+                self.further(&self.contender(choices.clone(), trial)?, POLISH)
+            })?;
             self.keep_better(contenders, again);
+            self.keep_better(contenders, from_the_best);
         }
         Ok(())
     }

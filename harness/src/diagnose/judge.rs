@@ -7,8 +7,8 @@
 
 use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::Hypothesis;
-use super::knob::Scale;
-use super::predictor::{Point, Predictor};
+use super::own;
+use super::predictor::Point;
 use super::search::{self, STRIDE, Trial};
 use super::session::Session;
 use super::shot::Shot;
@@ -166,7 +166,7 @@ pub fn held_out_from(
     if let Some((known, judged)) = smaller {
         take_over(h, &learn, &mut start, known, judged, &out);
     }
-    let own = Effort {
+    let effort = Effort {
         iterations: match (care, local) {
             (Care::Brief, false) => 3,
             (Care::Thorough, false) => 6,
@@ -182,7 +182,8 @@ pub fn held_out_from(
         belief: 1.0,
         reference: true,
     };
-    let learned = learn_own(session, &mut predictor, h, &learn_shots, start, own, care);
+    let data = session.data(&learn_shots);
+    let learned = own::learn(&mut predictor, h, &data, start, effort, care);
     // Both halves together, so that a start can be taken from the end of the shot before.
     let shots: Vec<Shot> = both.iter().map(|&k| session.shots[k].clone()).collect();
     let mut start = Point::centre(h, &shots);
@@ -194,7 +195,7 @@ pub fn held_out_from(
     let data = session.data(&shots);
     let judged = Effort {
         stride: if local { 1 } else { STRIDE },
-        ..own
+        ..effort
     };
     let fit = Fitter::new(&mut predictor, h, &data, judged).settle(start);
     let judged = of_fit(session, &test, &only(&fit, &both, &test));
@@ -247,83 +248,4 @@ fn only(fit: &Fit, all: &[usize], wanted: &[usize]) -> Fit {
         point,
         ..fit.clone()
     }
-}
-
-/// Fits what is a run's own; phases from several starts.
-fn learn_own<'a>(
-    session: &Session,
-    predictor: &mut Predictor<'a>,
-    h: &'a Hypothesis,
-    shots: &[Shot],
-    start: Point,
-    effort: Effort,
-    care: Care,
-) -> Fit {
-    let data = session.data(shots);
-    let phases: Vec<(usize, usize)> = h
-        .own
-        .iter()
-        .enumerate()
-        .flat_map(|(run, knobs)| {
-            knobs
-                .iter()
-                .enumerate()
-                .filter(|(_, k)| k.is_phase())
-                .map(move |(i, _)| (run, i))
-        })
-        .collect();
-    if phases.is_empty() {
-        return settle_and_run(&mut Fitter::new(predictor, h, &data, effort), start, care);
-    }
-    debug_assert!(
-        phases
-            .iter()
-            .all(|&(run, i)| h.own[run][i].scale == Scale::Linear)
-    );
-    // The phase of each run is looked for on a circle of starts, all runs at once, run by run the best.
-    let quick = Effort {
-        iterations: 2,
-        share: 0.5,
-        revive: false,
-        ..effort
-    };
-    let mut best: Vec<(f64, f64)> = vec![(f64::INFINITY, 0.0); h.own.len()];
-    for step in 0..6 {
-        let mut point = start.clone();
-        for &(run, i) in &phases {
-            point.own[run][i] = f64::from(step) * std::f64::consts::TAU / 6.0;
-        }
-        let fit = Fitter::new(predictor, h, &data, quick).run(point);
-        for &(run, i) in &phases {
-            let mut errors: Vec<f64> = shots
-                .iter()
-                .zip(&fit.mean_square)
-                .filter(|(s, _)| s.run == run)
-                .map(|(_, m)| m.ln())
-                .collect();
-            errors.sort_by(f64::total_cmp);
-            errors.truncate((errors.len() * 4).div_ceil(5));
-            let score: f64 = errors.iter().sum();
-            if score < best[run].0 && !errors.is_empty() {
-                best[run] = (score, fit.point.own[run][i]);
-            }
-        }
-    }
-    let mut point = start;
-    for &(run, i) in &phases {
-        point.own[run][i] = best[run].1;
-    }
-    settle_and_run(&mut Fitter::new(predictor, h, &data, effort), point, care)
-}
-
-/// Start states first, then with them what is a run's own; twice, since a shot that was lost at first is
-/// often found once the friction level is right.
-fn settle_and_run(fitter: &mut Fitter, start: Point, care: Care) -> Fit {
-    let settled = fitter.settle(start);
-    let first = fitter.run(settled.point);
-    if care == Care::Brief {
-        return first;
-    }
-    let settled = fitter.settle(first.point);
-    fitter.run(settled.point)
 }

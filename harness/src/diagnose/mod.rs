@@ -19,6 +19,7 @@ pub mod moment;
 pub mod next_measurement;
 mod null;
 pub mod outcome;
+mod own;
 mod pairs;
 mod path;
 pub mod place_map;

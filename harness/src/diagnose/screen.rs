@@ -195,7 +195,7 @@ impl<'a> Screen<'a> {
         let retried = parallel(&leaders, |single| {
             let h = self.session.hypothesis(&base.choices)?;
             let start = search::narrowed(&h, &single.trial.fit.point, &self.shots);
-            self.refit(&base.choices, start, RETRY)
+            self.fitted(&base.choices, start, refitting(RETRY))
         })?;
         let mut best = base;
         for retry in retried {
@@ -242,11 +242,16 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub(super) fn further(&self, old: &Contender, iterations: usize) -> Result<Contender, Error> {
-        let further = self.refit(&old.choices, old.trial.fit.point.clone(), iterations)?;
-        let Some(start) = without_loss(self.session, &further, &self.shots) else {
+        self.further_by(old, refitting(iterations))
+    }
+
+    fn further_by(&self, old: &Contender, effort: Effort) -> Result<Contender, Error> {
+        let start = old.trial.fit.point.clone();
+        let further = self.fitted(&old.choices, start, effort)?;
+        let Some(start) = without_loss(self.session, &further, &self.shots)? else {
             return Ok(further);
         };
-        let again = self.refit(&old.choices, start, iterations)?;
+        let again = self.fitted(&old.choices, start, effort)?;
         let is_better = again.fit.trimmed < further.fit.trimmed;
         Ok(if is_better { again } else { further })
     }
@@ -268,12 +273,11 @@ impl<'a> Screen<'a> {
             return Ok(());
         }
         watch.step("fitting the best candidate to its end", 0, 1);
-        let start = best.trial.fit.point.clone();
         let effort = Effort {
             stride: search::STRIDE,
             ..whole::last_effort()
         };
-        let further = self.fitted(&best.choices, start, effort)?;
+        let further = self.further_by(best, effort)?;
         if further.fit.trimmed < best.fit.trimmed {
             *best = further;
         }
@@ -288,7 +292,7 @@ impl<'a> Screen<'a> {
         let h = self.session.hypothesis(choices)?;
         let centre = Point::centre(&h, &self.shots);
         let start = search::widen(&found.trial, &h, &centre);
-        self.refit(choices, start, POLISH)
+        self.fitted(choices, start, refitting(POLISH))
     }
 
     /// A hypothesis fitted from a point of its own.
@@ -296,20 +300,7 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub(super) fn fitted_from(&self, choices: &[Choice], start: Point) -> Result<Contender, Error> {
-        self.refit(choices, start, RETRY)
-    }
-
-    fn refit(
-        &self,
-        choices: &[Choice],
-        start: Point,
-        iterations: usize,
-    ) -> Result<Contender, Error> {
-        let effort = Effort {
-            patience: 2,
-            ..search::effort(iterations)
-        };
-        self.fitted(choices, start, effort)
+        self.fitted(choices, start, refitting(RETRY))
     }
 
     /// A hypothesis fitted from a point of its own: its start states first, then all.
@@ -317,5 +308,13 @@ impl<'a> Screen<'a> {
         let h = self.session.hypothesis(choices)?;
         let trial = search::settled(self.session, h, &self.shots, start, effort)?;
         self.contender(choices.to_vec(), trial)
+    }
+}
+
+/// The effort of a fit that goes on from where another ended.
+fn refitting(iterations: usize) -> Effort {
+    Effort {
+        patience: 2,
+        ..search::effort(iterations)
     }
 }
