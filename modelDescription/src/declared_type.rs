@@ -103,7 +103,7 @@ pub const ENUMERATIONS: [(&str, &str, &[Item]); 4] = [
             (
                 "Settled",
                 1,
-                "Added to the values in equilibrium with the start motion",
+                "Added to the values in equilibrium with the start motion; a drive that gives way shifts the belt by its displacement",
             ),
         ],
     ),

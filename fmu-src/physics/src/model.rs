@@ -297,7 +297,7 @@ impl Model {
 
     /// What drives that give way add to the belt's motion; linear in their states.
     #[inline]
-    fn belt_give(&self, x: &State) -> BeltGive {
+    pub(crate) fn belt_give(&self, x: &State) -> BeltGive {
         let mut give = BeltGive {
             mobility: self.give_mobility,
             ..BeltGive::default()

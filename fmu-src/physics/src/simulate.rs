@@ -56,7 +56,8 @@ pub struct Start {
     pub state: State,
     /// Mode of the contact.
     pub contact: StartContact,
-    /// Place on the belt where the tip stands, in m.
+    /// Place on the belt where the tip stands, in m; with `settled` that on a belt whose drive does not give way, which one that
+    /// does shifts by its displacement: so that runs cut into pieces pass the same places.
     pub belt_travel: Real,
     /// Time in s for which the contact has stuck already.
     pub dwell: Real,
@@ -337,7 +338,8 @@ impl Simulation {
                 mode
             };
             self.model.settle(t, &mut x, mode);
-            self.place_on_belt(travel, t, &x);
+            // What the drive gives shifts the belt besides.
+            self.place_on_belt(travel + self.model.belt_give(&x).displacement, t, &x);
         }
         let v_r = self.model.relative_velocity(t, &x);
         let rigid = !self.model.has_memory();

@@ -89,8 +89,8 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
 }
 
 /// Takes back the last effects of the path that, on all shots and with both fits run to their end, gain no more
-/// than chance over a model that is down to the noise without them, or can't be told from nothing. Where the gain is not overwhelming, the smaller
-/// model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
+/// than chance over a model that is down to the noise without them, or can't be told from nothing. Where the gain is not overwhelming, or what gains so much
+/// can't be told from nothing, the smaller model is fitted once more from the optimum of the larger one, so that it is not left in a worse minimum.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -114,7 +114,9 @@ pub fn prune(
         let gain = |steps: &[Step]| {
             steps[depth - 1].trial.fit.trimmed - steps[depth].trial.fit.trimmed - price
         };
-        if gain(steps) > selection.threshold && gain(steps) < OVERWHELMING {
+        let is_doubtful =
+            |steps: &[Step]| gain(steps) < OVERWHELMING || is_faint(session, &steps[depth], below);
+        if gain(steps) > selection.threshold && is_doubtful(steps) {
             let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
             let h = session.hypothesis(&below.choices)?;
             let start = search::narrowed(&h, &steps[depth].trial.fit.point, &shots);
