@@ -64,7 +64,9 @@ pub(super) fn held(
             screen.lend_lines(&mut found, list)?;
             screen.polish(&mut found, watch)?;
         }
-        if !found.first().is_some_and(Contender::reaches_floor) {
+        // As above: what is simpler than values along each run gets its chance.
+        let is_simple = |p: &Contender| p.reaches_floor() && !p.is_local();
+        if !found.first().is_some_and(is_simple) {
             screen.restart(&mut found, RESTARTED, watch)?;
         }
         pairs.extend(found);
