@@ -1,5 +1,7 @@
 //! Friction laws mu(v): the coefficient over the magnitude of the sliding velocity.
 
+#[cfg(not(feature = "tangent"))]
+mod characteristic;
 pub mod series;
 
 use crate::error::{PhysicsError, require};

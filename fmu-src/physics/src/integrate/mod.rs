@@ -3,6 +3,8 @@
 #[cfg(feature = "tangent")]
 use crate::real::polynomial;
 use crate::real::{Real, ZERO, real};
+#[cfg(not(feature = "tangent"))]
+pub mod collocation;
 pub mod dop853;
 mod dop853_coefficients;
 pub mod linear;
