@@ -1,5 +1,7 @@
 //! Beam + belt + contact + enabled effects: rates, constraint force and static limit at one instant.
 
+#[cfg(not(feature = "tangent"))]
+mod bare;
 pub mod series;
 
 use crate::beam::{Beam, MAX_MODES};

@@ -1,5 +1,7 @@
 //! The event loop: integrate a smooth piece, locate the transition that ends it, apply it, go on.
 
+#[cfg(not(feature = "tangent"))]
+pub(crate) mod collocated;
 mod expanded;
 #[cfg(not(feature = "tangent"))]
 mod piece;

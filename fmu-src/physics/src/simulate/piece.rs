@@ -16,6 +16,11 @@ impl Simulation {
         self.next_segment()
     }
 
+    /// Relative tolerance of the integration.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// The present piece; its polynomials hold after [`Simulation::ready_piece`].
     pub(crate) fn piece(&self) -> &Segment {
         &self.segment

@@ -1,0 +1,87 @@
+//! A piece of motion: what it was computed from, so that its states can be worked out where somebody looks into it.
+
+use super::structure::Structure;
+use crate::contact::ContactMode;
+use crate::integrate::State;
+use crate::integrate::collocation::{Chebyshev, NODES, Nodes, TERMS, integral};
+
+/// A piece of motion on [start, end].
+#[derive(Clone)]
+pub(crate) struct Piece {
+    /// Start in s.
+    pub(crate) start: f64,
+    /// End in s up to which it is to be used.
+    pub(crate) end: f64,
+    /// Length in s of the step; theta = (t - start) / length.
+    pub(crate) length: f64,
+    /// Mode of the contact.
+    pub(crate) mode: ContactMode,
+    /// State at the start.
+    pub(crate) state: State,
+    level: usize,
+    capacity: Nodes,
+    /// Velocity of the tip in m/s in slip.
+    velocity: Chebyshev,
+}
+
+impl Piece {
+    /// A piece of no length.
+    pub(super) fn at(t: f64, x: &State, mode: ContactMode) -> Self {
+        Self {
+            start: t,
+            end: t,
+            length: 1.0,
+            mode,
+            state: *x,
+            level: 0,
+            capacity: [0.0; NODES],
+            velocity: [0.0; TERMS],
+        }
+    }
+
+    pub(super) fn begin(&mut self, t: f64, length: f64, x: &State, mode: ContactMode) {
+        self.start = t;
+        self.end = t + length;
+        self.length = length;
+        self.mode = mode;
+        self.state = *x;
+    }
+
+    /// What a step of slip knows: its level, the friction in N at its nodes and the sliding speed.
+    pub(super) fn slides(&mut self, level: usize, belt: f64, capacity: &Nodes, speed: &Chebyshev) {
+        let sign = self.mode.sign();
+        self.level = level;
+        self.capacity = *capacity;
+        for (v, c) in self.velocity.iter_mut().zip(speed) {
+            *v = sign * c;
+        }
+        self.velocity[0] += belt;
+    }
+
+    /// Normalised time of `t` in s.
+    pub(crate) fn theta(&self, t: f64) -> f64 {
+        (t - self.start) / self.length
+    }
+
+    /// State at `theta`.
+    pub(super) fn state_at(&self, structure: &Structure, theta: f64) -> State {
+        if self.end == self.start {
+            return self.state;
+        }
+        if self.mode == ContactMode::Stuck {
+            return structure.stick.state_at(theta * self.length, &self.state);
+        }
+        let response = structure.ladder.response(self.level);
+        response.state_at(theta, &self.state, self.mode.sign(), &self.capacity)
+    }
+
+    /// Velocity of the tip in m/s over a piece of slip.
+    pub(crate) fn velocity(&self) -> &Chebyshev {
+        &self.velocity
+    }
+
+    /// Displacement of the tip in m, from that at the start.
+    pub(crate) fn displacement(&self, start: f64) -> Chebyshev {
+        integral(&self.velocity, self.length, start)
+    }
+}
