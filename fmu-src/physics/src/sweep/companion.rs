@@ -4,11 +4,12 @@
 //! without a formula of its own, hidden memories as dwell times included.
 
 use super::follow::{Crossing, Follower};
+use super::run::Run;
 use crate::contact::ContactMode;
 use crate::error::PhysicsError;
 use crate::integrate::{MAX_STATES, State};
 use crate::model::Model;
-use crate::simulate::{Simulation, Start, StartContact};
+use crate::simulate::{Start, StartContact};
 
 /// Distance of the motions as a share of the amplitude.
 const APART: f64 = 1e-6;
@@ -19,7 +20,7 @@ const ALIGNING: usize = 10;
 
 /// A motion beside the one that is measured, put back to a small distance at every peak.
 pub(super) struct Companion {
-    run: Simulation,
+    run: Run,
     /// The size that counts of each state, in m per its unit.
     weight: State,
     apart: f64,
@@ -79,8 +80,7 @@ impl Companion {
         model.rates(peak.time, &peak.state, mode, &mut rates);
         let mut difference = [0.0; MAX_STATES];
         if let Some(since) = self.last {
-            self.run.advance_to(peak.time)?;
-            let x = self.run.state();
+            let x = self.run.advance_to(peak.time)?;
             for i in 0..MAX_STATES {
                 difference[i] = x[i] - peak.state[i];
             }
@@ -113,8 +113,7 @@ impl Companion {
             belt_travel: motion.travel,
             ..Start::default()
         };
-        self.run
-            .restart(self.run.inputs(), &start, self.tolerance)?;
+        self.run.restart(&start, self.tolerance)?;
         self.last = Some(peak.time);
         Ok(())
     }

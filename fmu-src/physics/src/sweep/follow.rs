@@ -1,13 +1,12 @@
 //! A run followed piece by piece: turning points of the tip located on the polynomials, none sampled.
 
 use super::Section;
+use super::run::{Curve, Run};
 use crate::beam::MAX_MODES;
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;
-use crate::integrate::roots::{first_below_zero, value};
-use crate::integrate::series::{Series, stays_positive};
-use crate::integrate::{MAX_DEGREE, MAX_STATES, State};
-use crate::simulate::{Simulation, Start, StartContact};
+use crate::integrate::State;
+use crate::simulate::{Start, StartContact};
 
 /// Pieces after which progress is judged, and the least progress in s over them.
 const PATIENCE: u32 = 2_000;
@@ -48,7 +47,7 @@ pub struct Features {
 /// A run with what is needed to look for turning points.
 #[derive(Clone)]
 pub struct Follower {
-    run: Simulation,
+    run: Run,
     /// phi_j at the places of q_j, and of q_j'.
     displacement_row: [f64; 2 * MAX_MODES],
     velocity_row: [f64; 2 * MAX_MODES],
@@ -60,7 +59,7 @@ pub struct Follower {
 
 impl Follower {
     /// Follows `run` from its present time on.
-    pub fn new(run: Simulation) -> Self {
+    pub fn new(run: Run) -> Self {
         let mut rows = [[0.0; 2 * MAX_MODES]; 2];
         for (j, mode) in run.model().beam().modes().iter().enumerate() {
             rows[0][2 * j] = mode.tip_value;
@@ -97,7 +96,6 @@ impl Follower {
         travel: f64,
         tolerance: f64,
     ) -> Result<(), PhysicsError> {
-        let inputs = self.run.inputs();
         let start = Start {
             time: 0.0,
             state: *x,
@@ -105,14 +103,14 @@ impl Follower {
             belt_travel: travel,
             ..Start::default()
         };
-        self.run.restart(inputs, &start, tolerance)?;
+        self.run.restart(&start, tolerance)?;
         self.look();
         self.rising = false;
         Ok(())
     }
 
     /// The run.
-    pub fn run(&self) -> &Simulation {
+    pub fn run(&self) -> &Run {
         &self.run
     }
 
@@ -128,18 +126,12 @@ impl Follower {
 
     /// State at time `t` in s within the present piece.
     pub fn state_at(&mut self, t: f64) -> State {
-        self.run.ready_piece();
-        let piece = self.run.piece();
-        let mut x = [0.0; MAX_STATES];
-        piece.state_at(piece.theta(t), &mut x);
-        x
+        self.run.state_at(t)
     }
 
-    /// The tip's displacement over the present piece as a polynomial in its normalised time.
-    pub fn displacement_polynomial(&mut self) -> (Series, usize) {
-        self.run.ready_piece();
-        let piece = self.run.piece();
-        (piece.combine(&self.displacement_row, &[]), piece.degree)
+    /// The tip's displacement in m over the present piece.
+    pub fn displacement_curve(&mut self) -> Curve {
+        self.run.displacement(&self.displacement_row)
     }
 
     /// A point of the section at `t` in s within the present piece.
@@ -160,14 +152,10 @@ impl Follower {
     pub fn next(&mut self, features: &mut Features) -> Result<(), PhysicsError> {
         self.run.next_piece()?;
         self.pieces += 1;
-        let (start, end) = (self.run.piece().start, self.run.piece().end);
+        let (start, end) = self.run.piece();
         if self.pieces == PATIENCE {
             if end - self.since < LEAST_PROGRESS {
-                return Err(PhysicsError::Stalled {
-                    time: end,
-                    step: end - start,
-                    transitions: self.run.transition_count(),
-                });
+                return Err(self.run.stalled(start, end));
             }
             self.pieces = 0;
             self.since = end;
@@ -191,48 +179,29 @@ impl Follower {
                 return;
             }
         }
-        self.run.ready_piece();
-        let piece = self.run.piece();
-        let reach = piece.theta(piece.end);
-        let degree = piece.degree;
-        let mut c = piece.combine(&self.velocity_row, &[]);
-        if !self.rising {
-            c.iter_mut().for_each(|a| *a = -*a);
+        if self.run.keeps_direction(self.rising) {
+            return;
         }
-        if stays_positive(&c[..=degree.max(2)], reach) {
+        let (mut c, reach) = self.run.velocity(&self.velocity_row);
+        if !self.rising {
+            c.turn();
+        }
+        if c.stays_positive(reach) {
             return;
         }
         let mut low = 0.0;
-        while let Some(theta) = self.next_turn(&c[..=degree], low, reach) {
-            let t = self.run.piece().start + theta * self.run.piece().length;
-            let crossing = self.crossing(t);
+        while let Some(theta) = next_turn(&c, low, reach) {
             if self.rising {
-                features.peaks.push(crossing);
+                features.peaks.push(self.crossing(self.run.time_at(theta)));
             } else {
-                features.troughs.push(crossing.displacement);
+                features
+                    .troughs
+                    .push(self.displacement_curve().value(theta));
             }
             self.rising = !self.rising;
-            c.iter_mut().for_each(|a| *a = -*a);
+            c.turn();
             low = theta + APART * reach;
         }
-    }
-
-    /// The first turning point in (low, reach]; the polynomial is the velocity times the sign it had last.
-    fn next_turn(&self, c: &[f64], low: f64, reach: f64) -> Option<f64> {
-        if low >= reach {
-            return None;
-        }
-        // Rounding may put a turning point on the far side of a border of pieces.
-        let from = if value(c, low) < 0.0 {
-            let inside = low + APART * reach;
-            if value(c, inside) < 0.0 {
-                return (low == 0.0).then_some(0.0);
-            }
-            inside
-        } else {
-            low
-        };
-        first_below_zero(c, from, reach)
     }
 
     /// The section's points in the piece that `features` describe.
@@ -262,11 +231,24 @@ impl Follower {
     }
 }
 
-fn dot(row: &[f64; 2 * MAX_MODES], x: &State) -> f64 {
-    row.iter().zip(x).map(|(a, b)| a * b).sum()
+/// The first turning point in (low, reach]; the curve is the velocity times the sign it had last.
+fn next_turn(c: &Curve, low: f64, reach: f64) -> Option<f64> {
+    if low >= reach {
+        return None;
+    }
+    // Rounding may put a turning point on the far side of a border of pieces.
+    let from = if c.value(low) < 0.0 {
+        let inside = low + APART * reach;
+        if c.value(inside) < 0.0 {
+            return (low == 0.0).then_some(0.0);
+        }
+        inside
+    } else {
+        low
+    };
+    c.first_below_zero(from, reach)
 }
 
-/// Value of a polynomial of the present piece.
-pub(super) fn polynomial(c: &[f64; MAX_DEGREE + 1], degree: usize, theta: f64) -> f64 {
-    value(&c[..=degree], theta)
+fn dot(row: &[f64; 2 * MAX_MODES], x: &State) -> f64 {
+    row.iter().zip(x).map(|(a, b)| a * b).sum()
 }

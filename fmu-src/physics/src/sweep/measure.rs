@@ -1,7 +1,7 @@
 //! What is read off a motion while it runs.
 
 use super::Section;
-use super::follow::{Crossing, Features, Follower, polynomial};
+use super::follow::{Crossing, Features, Follower};
 use crate::contact::ContactMode;
 use crate::error::PhysicsError;
 
@@ -36,7 +36,7 @@ pub(super) struct Stretch {
 impl Stretch {
     /// A stretch that begins now; `sampled` where its spectrum will be wanted.
     pub(super) fn new(follower: &Follower, section: Section, sampled: bool) -> Self {
-        let now = follower.run().piece().end;
+        let now = follower.run().piece().1;
         let modes = follower.run().model().beam().modes();
         let highest = modes.iter().fold(0.0, |a: f64, m| a.max(m.frequency));
         Self {
@@ -83,11 +83,10 @@ impl Stretch {
         if next(self) >= self.to {
             return;
         }
-        let (c, degree) = follower.displacement_polynomial();
-        let piece = follower.run().piece();
+        let curve = follower.displacement_curve();
         while next(self) < self.to {
-            let theta = piece.theta(next(self));
-            self.samples.push(polynomial(&c, degree, theta));
+            self.samples
+                .push(curve.value(follower.run().theta(next(self))));
             if self.samples.len() == 2 * SAMPLES {
                 let mut keep = false;
                 self.samples.retain(|_| {

@@ -10,6 +10,7 @@ mod measure;
 pub mod orbit;
 mod period;
 mod point;
+mod run;
 mod spectrum;
 mod start;
 mod trace;

@@ -4,7 +4,8 @@ use super::companion::Companion;
 use super::follow::{Crossing, Features, Follower};
 use super::measure::Stretch;
 use super::period::period_of;
-use super::spectrum::{main_frequency, spectrum};
+use super::run::Run;
+use super::spectrum::strongest_line;
 use super::start::start;
 use super::{Carry, Section, StartRule, Subject, static_compliance};
 use crate::contact::ContactMode;
@@ -119,7 +120,7 @@ pub fn evaluate(
     let begin = start(from, subject, carried);
     let inputs = subject.model.inputs;
     let run = Simulation::from_model(subject.model.clone(), inputs, &begin, tolerance)?;
-    let mut path = Path::new(run);
+    let mut path = Path::new(Run::quickest(run));
     let Some(mut stretch) = path.stretch(rule, rule.settle, false, None)? else {
         return Ok(rest(&path));
     };
@@ -157,7 +158,7 @@ struct Path {
 }
 
 impl Path {
-    fn new(run: Simulation) -> Self {
+    fn new(run: Run) -> Self {
         let model = run.model();
         let lowest = model
             .beam()
@@ -247,7 +248,7 @@ fn describe(path: &Path, stretch: &Stretch, lyapunov: Option<f64>) -> Motion {
     });
     let (half, all) = (stretch.peaks.len() / 2, stretch.peaks.len());
     let later = stretch.amplitude_from(half);
-    let line = main_frequency(&spectrum(&stretch.samples, stretch.interval));
+    let line = strongest_line(&stretch.samples, stretch.interval);
     // The strongest line of a motion that repeats is a multiple of its own frequency.
     let main = match (line, duration) {
         (Some(f), Some(t)) if (f * t).round() >= 1.0 => Some((f * t).round() / t),

@@ -1,12 +1,18 @@
 //! Amplitude spectrum of an even series, and its strongest line.
 
 use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
 use std::cell::RefCell;
 use std::f64::consts::TAU;
+
+/// Samples for which the window is worked out from one angle.
+const BLOCK: usize = 16;
 
 thread_local! {
     /// Remembers the factors of each length: to work them out costs more than the transform.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+    /// Room for a transform and its lines: fresh memory costs as much as half the transform.
+    static ROOM: RefCell<(Vec<f64>, Vec<Complex<f64>>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
 /// Amplitudes over even frequencies.
@@ -23,54 +29,102 @@ pub struct Spectrum {
 /// `A_k = 2 |sum h_i (x_i - mean) exp(-2 pi i k / N)| / sum h_i`; a sine between two lines shows at least 0.96 of its
 /// amplitude. `interval` is the sampling interval in s. Needs at least 8 samples; fewer give no lines.
 pub fn spectrum(samples: &[f64], interval: f64) -> Spectrum {
+    transformed(samples, |lines, weight, length| Spectrum {
+        resolution: 1.0 / (length as f64 * interval),
+        amplitudes: lines.iter().map(|c| 2.0 * c.norm() / weight).collect(),
+    })
+    .unwrap_or(Spectrum {
+        resolution: 1.0,
+        amplitudes: Vec::new(),
+    })
+}
+
+/// Hands over the lines of the windowed and padded series, the sum of the window, and the padded length; `None` where there
+/// are fewer than 8 samples.
+fn transformed<T>(
+    samples: &[f64],
+    look: impl FnOnce(&[Complex<f64>], f64, usize) -> T,
+) -> Option<T> {
     let n = samples.len();
     if n < 8 {
-        return Spectrum {
-            resolution: 1.0,
-            amplitudes: Vec::new(),
-        };
+        return None;
     }
     let length = (2 * n).next_power_of_two();
     let mean = samples.iter().sum::<f64>() / n as f64;
-    let window = |i: usize| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / n as f64).cos();
-    let mut padded = vec![0.0; length];
-    let mut weight = 0.0;
-    for (i, (p, x)) in padded.iter_mut().zip(samples).enumerate() {
-        let h = window(i);
-        weight += h;
-        *p = h * (x - mean);
-    }
     let transform = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(length));
-    let mut lines = transform.make_output_vec();
-    transform
-        .process(&mut padded, &mut lines)
-        .expect("the planner's own lengths");
-    Spectrum {
-        resolution: 1.0 / (length as f64 * interval),
-        amplitudes: lines.iter().map(|c| 2.0 * c.norm() / weight).collect(),
+    ROOM.with_borrow_mut(|(padded, lines)| {
+        padded.clear();
+        let weight = window(samples, mean, padded);
+        padded.resize(length, 0.0);
+        lines.resize(length / 2 + 1, Complex::default());
+        transform
+            .process(padded, lines)
+            .expect("the planner's own lengths");
+        Some(look(lines, weight, length))
+    })
+}
+
+/// Appends the samples less their mean, times the Hann window `h_i = 1/2 - cos(2 pi (i + 1/2)/n)/2`; the sum of the window.
+fn window(samples: &[f64], mean: f64, out: &mut Vec<f64>) -> f64 {
+    let step = TAU / samples.len() as f64;
+    let turns: [(f64, f64); BLOCK] = std::array::from_fn(|j| (step * (j as f64 + 0.5)).sin_cos());
+    let mut weight = 0.0;
+    for (block, samples) in samples.chunks(BLOCK).enumerate() {
+        // cos(a + b) = cos a cos b - sin a sin b.
+        let (sin, cos) = (step * (block * BLOCK) as f64).sin_cos();
+        let h = turns.map(|(s, c)| 0.5 - 0.5 * (cos * c - sin * s));
+        out.extend(samples.iter().zip(h).map(|(x, h)| h * (x - mean)));
+        weight += h[..samples.len()].iter().sum::<f64>();
     }
+    weight
+}
+
+/// Lines within the width of the window around zero, in which none is looked for.
+const WIDTH: usize = 4;
+
+/// Frequency in Hz of the strongest line of an even series, as [`main_frequency`] of its [`spectrum`] to rounding, without
+/// working all amplitudes out.
+pub fn strongest_line(samples: &[f64], interval: f64) -> Option<f64> {
+    transformed(samples, |lines, _, length| {
+        let peak = strongest(lines.len(), |i| lines[i].norm_sqr())?;
+        let l = |i: usize| 0.5 * lines[i].norm_sqr().max(f64::MIN_POSITIVE).ln();
+        let place = between(peak, [peak - 1, peak, peak + 1].map(l));
+        Some(place / (length as f64 * interval))
+    })?
 }
 
 /// Frequency in Hz of the strongest line, between the lines by a parabola through the logarithms.
 ///
 /// Lines within the width of the window around zero are left out. `None` for a series that rests.
 pub fn main_frequency(spectrum: &Spectrum) -> Option<f64> {
-    const WIDTH: usize = 4;
     let a = &spectrum.amplitudes;
-    let inner = WIDTH..a.len().saturating_sub(1);
-    let peak = inner.max_by(|i, j| a[*i].total_cmp(&a[*j]))?;
-    if !(a[peak] > 0.0) {
-        return None;
-    }
+    let peak = strongest(a.len(), |i| a[i])?;
     let l = |i: usize| a[i].max(f64::MIN_POSITIVE).ln();
-    let (left, middle, right) = (l(peak - 1), l(peak), l(peak + 1));
+    let place = between(peak, [peak - 1, peak, peak + 1].map(l));
+    Some(place * spectrum.resolution)
+}
+
+/// The last of the strongest lines that have neighbours; `None` where all are nothing.
+fn strongest(count: usize, size: impl Fn(usize) -> f64) -> Option<usize> {
+    let mut best = (0, 0.0);
+    for i in WIDTH..count.saturating_sub(1) {
+        let size = size(i);
+        if size >= best.1 {
+            best = (i, size);
+        }
+    }
+    (best.1 > 0.0).then_some(best.0)
+}
+
+/// Place of the top of the parabola through the logarithms of a line and its neighbours.
+fn between(peak: usize, [left, middle, right]: [f64; 3]) -> f64 {
     let bend = left - 2.0 * middle + right;
     let shift = if bend < 0.0 {
         (0.5 * (left - right) / bend).clamp(-0.5, 0.5)
     } else {
         0.0
     };
-    Some((peak as f64 + shift) * spectrum.resolution)
+    peak as f64 + shift
 }
 
 #[cfg(all(test, not(feature = "tangent")))]
@@ -90,6 +144,8 @@ mod tests {
             .collect();
         let s = spectrum(&x, dt);
         assert_relative_eq!(main_frequency(&s).unwrap(), 33.4, max_relative = 2e-4);
+        let quick = strongest_line(&x, dt).unwrap();
+        assert_relative_eq!(quick, main_frequency(&s).unwrap(), max_relative = 1e-12);
         let largest = s.amplitudes.iter().fold(0.0, |a: f64, b| a.max(*b));
         assert_relative_eq!(largest, 0.7, max_relative = 0.04);
     }

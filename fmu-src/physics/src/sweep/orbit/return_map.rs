@@ -2,6 +2,7 @@
 
 use super::super::Subject;
 use super::super::follow::{Features, Follower};
+use super::super::run::Run;
 use super::shooting::OrbitError;
 use crate::contact::ContactMode;
 use crate::integrate::{MAX_STATES, State};
@@ -80,7 +81,7 @@ impl ReturnMap {
         };
         let run = Simulation::from_model(model.clone(), model.inputs, &start, tolerance)?;
         Ok(Self {
-            follower: Follower::new(run),
+            follower: Follower::new(Run::general(run)),
             returns,
             weight,
             dependent,
