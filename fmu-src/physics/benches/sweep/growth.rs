@@ -37,8 +37,7 @@ fn cost(study: Study) -> (f64, f64) {
     };
     let mut least = f64::INFINITY;
     let mut stuck = 0.0;
-    for _ in 0..REPETITIONS {
-        let begun = clock::thread();
+    let mut run = || {
         stuck = 0.0;
         for i in 0..study.points {
             // Motions of period one, so that all points are alike.
@@ -60,7 +59,9 @@ fn cost(study: Study) -> (f64, f64) {
             let motion = evaluate(&subject, &rule, &StartRule::Fixed, None).expect("moves");
             stuck += motion.stick_fraction / study.points as f64;
         }
-        least = least.min(clock::thread() - begun);
+    };
+    for _ in 0..REPETITIONS {
+        least = least.min(clock::per_run(&mut run));
     }
     (least, stuck)
 }
