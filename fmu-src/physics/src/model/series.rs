@@ -103,12 +103,14 @@ impl Model {
             expand_base(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
+            let reach = law.reach(&system.room.motion.speed[..=degree], reach);
             system.holds(reach).then_some(reach)
         } else {
             let mut system = FullSeries::new(self, law, mode, segment, room);
             expand_full(&mut system, degree, segment);
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
+            let reach = law.reach(&system.room.motion.speed[..=degree], reach);
             system.holds(degree - 1, reach).then_some(reach)
         }
     }

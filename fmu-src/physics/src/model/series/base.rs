@@ -21,7 +21,7 @@ pub(super) struct BaseSeries<'a> {
     /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
     drive: [Real; MAX_MODES],
     friction: CoefficientSeries<'a>,
-    room: &'a mut Workspace,
+    pub(super) room: &'a mut Workspace,
     /// Coefficient of friction of the power before.
     mu_before: Real,
 }

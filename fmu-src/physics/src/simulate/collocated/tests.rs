@@ -232,7 +232,8 @@ fn models_that_are_not_covered_are_left_to_the_event_loop() {
 }
 
 // Source: classical Runge-Kutta in 200 000 steps. The motion is so fast at first that the fast exponential of friction, e^-80, is
-// not there for a Taylor series of degree 20, and slow in the end, where it is all that counts.
+// not there for a Taylor series of degree 20, and slow in the end, where it is all that counts. The event loop was 9e-7 m/s off
+// before its steps were shortened for that.
 #[test]
 fn val_fast_slip_that_comes_to_rest() {
     let (t, steps) = (0.001_092_23, 200_000);
@@ -246,6 +247,7 @@ fn val_fast_slip_that_comes_to_rest() {
     let parameters = ModelParameters::default();
     let inputs = Inputs::constant(0.405_914, 175.882_508);
     let run = Simulation::new(&parameters, inputs, &start, DEFAULT_TOLERANCE).unwrap();
+    let mut by_series = run.clone();
     let mut run = Collocated::take_over(&run).unwrap();
     let (model, mut x, mode) = (run.model().clone(), *run.front().1, run.front().2);
     assert_eq!(mode, ContactMode::Backward);
@@ -268,8 +270,10 @@ fn val_fast_slip_that_comes_to_rest() {
         let d = rates(&ahead(&x, &c, h));
         x = std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
     }
-    let found = run.state_at(t);
-    for i in 0..4 {
-        assert!((found[i] - x[i]).abs() < 1e-11, "{found:?} {x:?}");
+    by_series.advance_to(t).unwrap();
+    for (found, bound) in [(run.state_at(t), 1e-11), (by_series.state(), 1e-10)] {
+        for i in 0..4 {
+            assert!((found[i] - x[i]).abs() < bound, "{found:?} {x:?}");
+        }
     }
 }
