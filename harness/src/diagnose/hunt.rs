@@ -4,9 +4,10 @@ use super::contender::{Contender, NULL_GAIN};
 use super::hypothesis::Choice;
 use super::pairs;
 use super::path::score_alone;
+use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, BRIEF, FIRM, HELD};
-use super::session::Session;
+use super::session::{Session, parallel};
 use super::whole;
 use crate::error::Error;
 use crate::watch::Watch;
@@ -71,6 +72,7 @@ pub(super) fn hunt<'a>(
     }
     if !hunt.is_at_floor() && hunt.may_be_two() {
         hunt.pair()?;
+        hunt.refit_halves()?;
     }
     hunt.refute_pairs()?;
     let to_beat = score_alone(&hunt.singles, screen.samples) - NULL_GAIN;
@@ -163,6 +165,23 @@ impl Hunt<'_> {
         }
         self.pairs =
             pairs::behind_the_best(self.screen, &self.list, &mut self.singles, self.watch)?;
+        Ok(())
+    }
+
+    /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come
+    /// down to the noise only beside the other.
+    fn refit_halves(&mut self) -> Result<(), Error> {
+        let Some(pair) = self.pairs.first().filter(|p| p.reaches_floor()) else {
+            return Ok(());
+        };
+        let halves = parallel(&pair.choices, |choice| {
+            let alone = std::slice::from_ref(choice);
+            let h = self.session.hypothesis(alone)?;
+            let centre = Point::centre(&h, &self.screen.shots);
+            let start = search::widen(&pair.trial, &h, &centre);
+            self.screen.fitted_from(alone, start)
+        })?;
+        self.screen.keep_better(&mut self.singles, halves);
         Ok(())
     }
 

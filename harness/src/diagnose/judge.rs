@@ -177,6 +177,7 @@ pub fn held_out_from(
         share: 1.0,
         tolerance: 1e-3,
         patience: 1,
+        knobs: true,
         shared: false,
         revive: true,
         belief: 1.0,

@@ -43,6 +43,7 @@ pub fn effort(iterations: usize) -> Effort {
         share: 1.0,
         tolerance: 1e-3,
         patience: 1,
+        knobs: true,
         shared: true,
         revive: true,
         belief: 1.0,

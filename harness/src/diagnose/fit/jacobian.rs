@@ -27,10 +27,15 @@ pub(super) enum Turned {
 impl Fitter<'_, '_> {
     /// All shots, linearised by differences.
     pub(super) fn linearise_all(&mut self, here: &Place) -> Vec<Option<Linear>> {
+        let turned = if self.effort.knobs {
+            Turned::All
+        } else {
+            Turned::State
+        };
         (0..self.data.shots.len())
             .map(|k| {
                 let residual = here.residual[k].clone()?;
-                Some(self.linearise(k, &here.point, residual, Turned::All))
+                Some(self.linearise(k, &here.point, residual, turned))
             })
             .collect()
     }

@@ -59,6 +59,8 @@ pub struct Effort {
     pub tolerance: f64,
     /// Iterations in a row that gain less than that after which a fit ends.
     pub patience: usize,
+    /// Whether shared and own knobs move, or only the start states.
+    pub knobs: bool,
     /// Whether the shared knobs move.
     pub shared: bool,
     /// Whether shots that start in the wrong basin get other starts.
@@ -377,13 +379,14 @@ impl<'a, 'b> Fitter<'a, 'b> {
             let mut linear = self.linearise_all(&here);
             for quasi in 0..=QUASI_STEPS {
                 let system = Normal::assemble(self, &here, &linear);
-                if quasi == 0 {
+                if quasi == 0 && self.effort.knobs {
                     covariance = system.covariance();
                 }
-                let tries = if quasi == 0 { TRIES } else { QUASI_TRIES };
+                let is_worn = quasi > 0 && self.effort.knobs;
+                let tries = if is_worn { QUASI_TRIES } else { TRIES };
                 let known = damping;
                 let Some(next) = self.descend(&here, &system, &mut damping, tries) else {
-                    if quasi > 0 {
+                    if is_worn {
                         // It was the Jacobian that failed, not the length of the step.
                         damping = known;
                     }

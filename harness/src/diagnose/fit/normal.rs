@@ -18,6 +18,7 @@ pub(super) struct Normal {
     shared: usize,
     /// First column of each run's own knobs.
     own_first: Vec<usize>,
+    moves: bool,
 }
 
 struct Block {
@@ -104,6 +105,7 @@ impl Normal {
             blocks,
             shared,
             own_first,
+            moves: f.effort.knobs,
         }
     }
 
@@ -121,7 +123,7 @@ impl Normal {
                 continue;
             };
             let inverse = scaled_inverse(&b.xx, damping)?;
-            if b.kept {
+            if self.moves && b.kept {
                 let t = &inverse * &b.xk;
                 let schur = &b.kk - b.xk.tr_mul(&t);
                 let reduced = &b.gk - t.tr_mul(&b.gx);
@@ -143,22 +145,24 @@ impl Normal {
         let (matrix, gradient, inverses) = self.reduced(damping)?;
         let mut trial = point.clone();
         let mut moved = DVector::zeros(matrix.nrows());
-        let step = scaled_solve(&matrix, &gradient)?;
-        let h = f.hypothesis;
-        for c in 0..self.shared {
-            if f.moves(&h.shared[c]) {
-                let u = h.shared[c].clamp(point.shared[c] + limited(step[c], &h.shared[c]));
-                moved[c] = u - point.shared[c];
-                trial.shared[c] = u;
+        if self.moves {
+            let step = scaled_solve(&matrix, &gradient)?;
+            let h = f.hypothesis;
+            for c in 0..self.shared {
+                if f.moves(&h.shared[c]) {
+                    let u = h.shared[c].clamp(point.shared[c] + limited(step[c], &h.shared[c]));
+                    moved[c] = u - point.shared[c];
+                    trial.shared[c] = u;
+                }
             }
-        }
-        for (run, knobs) in h.own.iter().enumerate() {
-            for (i, knob) in knobs.iter().enumerate() {
-                if knob.prior_std > 0.0 {
-                    let c = self.own_first[run] + i;
-                    let u = knob.clamp(point.own[run][i] + step[c]);
-                    moved[c] = u - point.own[run][i];
-                    trial.own[run][i] = u;
+            for (run, knobs) in h.own.iter().enumerate() {
+                for (i, knob) in knobs.iter().enumerate() {
+                    if knob.prior_std > 0.0 {
+                        let c = self.own_first[run] + i;
+                        let u = knob.clamp(point.own[run][i] + step[c]);
+                        moved[c] = u - point.own[run][i];
+                        trial.own[run][i] = u;
+                    }
                 }
             }
         }
