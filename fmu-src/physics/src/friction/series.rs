@@ -15,15 +15,15 @@ pub use coefficient::{CoefficientRoom, CoefficientSeries};
 /// Eq. (7) of Stelter 1992 multiplied out, Coulomb's law, and the Stribeck curve with exponent 1 or 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExponentialSum {
-    constant: Real,
+    pub(super) constant: Real,
     /// Coefficient in s/m.
-    linear: Real,
-    weight: [Real; LANES],
-    /// Rates in s/m, or in s^2/m^2 where `squared`.
-    rate: [Real; LANES],
+    pub(super) linear: Real,
+    pub(super) weight: [Real; LANES],
+    /// Rates in s/m, or in s^2/m^2 where `squared`. A third is the sum of the first two.
+    pub(super) rate: [Real; LANES],
     /// How many exponentials there are.
     count: usize,
-    squared: bool,
+    pub(super) squared: bool,
 }
 
 impl ExponentialSum {
@@ -107,13 +107,14 @@ impl FrictionLaw {
 }
 
 #[cfg(all(test, not(feature = "tangent")))]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::friction::Exponential;
     use crate::integrate::MAX_DEGREE;
     use approx::assert_relative_eq;
 
-    fn laws() -> [FrictionLaw; 4] {
+    /// One law of each kind.
+    pub fn laws() -> [FrictionLaw; 4] {
         let stribeck = |exponent| FrictionLaw::Stribeck {
             mu_s: 0.66,
             mu_k: 0.3,
