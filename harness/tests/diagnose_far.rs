@@ -2,15 +2,12 @@
 
 use std::path::Path;
 use stickslip::command::open_fmu;
-use stickslip::diagnose::fit::{Data, Fit, Fitter};
+use stickslip::diagnose::fit::{Data, Effort, Fit, Fitter};
 use stickslip::diagnose::predictor::Point;
 use stickslip::diagnose::screen::Screen;
 use stickslip::diagnose::search;
 use stickslip::diagnose::session::Session;
 use stickslip::measurement::Campaign;
-
-/// Iterations for each start.
-const ITERATIONS: usize = 20;
 
 /// Start states of the reference model, fitted from the smoothed ones, the first modal velocity `faster` in m/s.
 fn fit(session: &Session, screen: &Screen, faster: f64) -> Fit {
@@ -21,7 +18,12 @@ fn fit(session: &Session, screen: &Screen, faster: f64) -> Fit {
     for state in &mut start.states {
         state[1] += faster;
     }
-    Fitter::new(&mut predictor, &h, &data, search::effort(0)).fit_starts(start, ITERATIONS)
+    let effort = Effort {
+        knobs: false,
+        revive: false,
+        ..search::effort(20)
+    };
+    Fitter::new(&mut predictor, &h, &data, effort).run(start)
 }
 
 #[test]

@@ -40,16 +40,6 @@ impl Fitter<'_, '_> {
         self.fit_at(here, None)
     }
 
-    /// Fits the start states alone, each in so many iterations, as far as the effort says.
-    pub fn fit_starts(&mut self, start: Point, iterations: usize) -> Fit {
-        let mut point = start;
-        for k in 0..self.data.shots.len() {
-            self.fit_start(k, &mut point, &[(1.0, iterations)]);
-        }
-        let here = self.evaluate(point);
-        self.fit_at(here, None)
-    }
-
     /// Fits the start state of one shot alone over growing shares of it, from the start it has in `point`.
     fn fit_start(&mut self, k: usize, point: &mut Point, growing: &[(f64, usize)]) -> f64 {
         let share = self.effort.share;
