@@ -11,7 +11,6 @@ use super::own;
 use super::predictor::Point;
 use super::search::{self, STRIDE, Trial};
 use super::session::Session;
-use super::shot::Shot;
 use crate::error::Error;
 
 /// Errors of prediction.
@@ -153,7 +152,7 @@ pub fn held_out_from(
     let mut both: Vec<usize> = learn.iter().chain(&test).copied().collect();
     both.sort_unstable();
     let learn = if local { both.clone() } else { learn };
-    let learn_shots: Vec<Shot> = learn.iter().map(|&k| session.shots[k].clone()).collect();
+    let learn_shots = session.copies(&learn);
     let mut start = Point::centre(h, &learn_shots);
     start.shared.clone_from(&trial.fit.point.shared);
     let (out, fitted): (Vec<usize>, Vec<usize>) =
@@ -186,7 +185,7 @@ pub fn held_out_from(
     let data = session.data(&learn_shots);
     let learned = own::learn(&mut predictor, h, &data, start, effort, care);
     // Both halves together, so that a start can be taken from the end of the shot before.
-    let shots: Vec<Shot> = both.iter().map(|&k| session.shots[k].clone()).collect();
+    let shots = session.copies(&both);
     let mut start = Point::centre(h, &shots);
     start.shared = learned.point.shared;
     start.own = learned.point.own;

@@ -52,7 +52,7 @@ impl<'a> Screen<'a> {
     pub fn new(session: &'a Session<'a>) -> Self {
         let every = (session.fit_shots(1).len() / ENOUGH).clamp(1, SCREEN_EVERY);
         let indices = session.fit_shots(every);
-        let shots: Vec<Shot> = indices.iter().map(|&k| session.shots[k].clone()).collect();
+        let shots = session.copies(&indices);
         Self::of_shots(session, indices, shots)
     }
 

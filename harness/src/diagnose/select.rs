@@ -11,7 +11,6 @@ use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
-use super::shot::Shot;
 use crate::error::Error;
 use crate::watch::Watch;
 
@@ -224,7 +223,7 @@ fn as_given(session: &Session, screen: &Screen) -> Result<(Judgement, Judgement)
     let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, shots));
     let on_fit = judge::of_fit(session, &screen.indices, &fit);
     let (_, test) = judge::held_out_shots(session);
-    let test_shots: Vec<Shot> = test.iter().map(|&k| session.shots[k].clone()).collect();
+    let test_shots = session.copies(&test);
     let data = session.data(&test_shots);
     let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, &test_shots));
     Ok((on_fit, judge::of_fit(session, &test, &fit)))

@@ -199,6 +199,11 @@ impl<'a> Session<'a> {
         Predictor::new(self.fmu, &self.references, &self.campaign.runs, hypothesis)
     }
 
+    /// Copies of the shots with these indices.
+    pub fn copies(&self, indices: &[usize]) -> Vec<Shot> {
+        indices.iter().map(|&k| self.shots[k].clone()).collect()
+    }
+
     /// Shots of the runs that are fitted; with `every` > 1, groups of neighbours taken evenly,
     /// so that a start can be taken from the end of the shot before.
     pub fn fit_shots(&self, every: usize) -> Vec<usize> {

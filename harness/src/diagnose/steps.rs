@@ -72,7 +72,7 @@ pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Erro
         .chain(&selection.path)
         .collect();
     let all = session.fit_shots(1);
-    let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+    let shots = session.copies(&all);
     let mut steps = super::session::parallel(&steps, |contender| {
         let trial = match &contender.whole {
             // Nothing can have changed since: where friction scatters, no contender is looked at as a whole before.
@@ -117,7 +117,7 @@ pub fn prune(
         let is_doubtful =
             |steps: &[Step]| gain(steps) < OVERWHELMING || is_faint(session, &steps[depth], below);
         if gain(steps) > selection.threshold && is_doubtful(steps) {
-            let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+            let shots = session.copies(&all);
             let h = session.hypothesis(&below.choices)?;
             let start = search::narrowed(&h, &steps[depth].trial.fit.point, &shots);
             let again = search::settled(session, h, &shots, start, whole::last_effort())?;

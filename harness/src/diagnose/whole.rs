@@ -68,7 +68,7 @@ pub fn stands(session: &Session, contender: &mut Contender) -> Result<bool, Erro
     }
     if contender.whole.is_none() {
         let all = session.fit_shots(1);
-        let shots: Vec<Shot> = all.iter().map(|&k| session.shots[k].clone()).collect();
+        let shots = session.copies(&all);
         let trial = refit(session, contender, &all, &shots)?;
         let colour = whiteness::colour(session, &shots, &trial)?;
         contender.is_refuted = strain(&trial).is_some() || colour > FLOOR_COLOUR;
