@@ -103,7 +103,7 @@ fn val_small_blind_set_is_answered_rightly() {
     );
     let cases = read(&folder.path().join("blind-test.json"));
     let cases = cases.as_array().unwrap();
-    assert_eq!(cases.len(), 3);
+    assert_eq!(cases.len(), 4);
     for case in cases {
         assert_eq!(case["right"], true, "{case:#}");
         let name = case["campaign"].as_str().unwrap();
@@ -115,6 +115,31 @@ fn val_small_blind_set_is_answered_rightly() {
         error.abs() < 0.1,
         "cubic stiffness is {} % off",
         100.0 * error
+    );
+    check_proposed_term(&read(&folder.path().join("004/diagnosis.json")));
+}
+
+/// The hidden stiffness of campaign 004, quadratic in the deflection, is none of the catalogue's: its cubic one imitates it
+/// down to the noise.
+fn check_proposed_term(diagnosis: &Value) {
+    let truth = read(&root().join("reference-data/computed/blind/truth.json"));
+    let hidden = &truth[3]["parameters"]["outside:quadratic_stiffness"]["coefficient"];
+    let terms = diagnosis["residual"]["proposed_terms"].as_array().unwrap();
+    assert_eq!(terms.len(), 1, "{terms:#?}");
+    assert_eq!(terms[0]["expression"], "-k*w^2");
+    assert_eq!(terms[0]["fitted"], true);
+    let k = &terms[0]["parameters"]["k"];
+    let off = number(&k["value"]) - number(hidden);
+    assert!(
+        off.abs() < 3.0 * number(&k["std"]),
+        "{k} where {hidden} is hidden"
+    );
+    // The term is a lead, no effect: the list of candidates is the catalogue's.
+    let candidates = diagnosis["candidates"].as_array().unwrap();
+    assert!(
+        candidates
+            .iter()
+            .all(|c| !c["id"].as_str().unwrap().contains("term_"))
     );
 }
 

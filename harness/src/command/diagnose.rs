@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::progress::Progress;
-use super::{diagnose_page, proposed_effect, repaired_model};
+use super::{diagnose_page, pack, proposed_effect, repaired_model};
+use crate::diagnose::challenge::challenge;
 use crate::diagnose::conclude::conclude;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::rivals::TIE;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::{Step, climb, prune};
+use crate::diagnose::terms;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
@@ -70,7 +72,8 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let mut session = Session::new(fmu, campaign)?;
+    let widened = pack::widened::with_effects(fmu, &terms::FILES)?;
+    let mut session = Session::new(widened.as_ref().unwrap_or(fmu), campaign)?;
     let mut selection = select(&session, watch)?;
     if null > 0 {
         calibrate_threshold(&session, &mut selection, null, watch)?;
@@ -81,11 +84,13 @@ pub fn diagnose(
     watch.step("judging on the runs kept out", 0, 1);
     let mut steps = climb(&session, &selection)?;
     prune(&session, &mut selection, &mut steps)?;
-    report(&session, &selection, &steps, "diagnose", output, watch)
+    challenge(&session, &mut selection, &mut steps, watch)?;
+    report(fmu, &session, &selection, &steps, "diagnose", output, watch)
 }
 
 /// Writes what a selection found into `output`.
 pub fn report(
+    fmu: &Fmu,
     session: &Session,
     selection: &Selection,
     steps: &[Step],
@@ -93,7 +98,7 @@ pub fn report(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let (fmu, campaign) = (session.fmu, session.campaign);
+    let campaign = session.campaign;
     let diagnosis = conclude(session, selection, steps)?;
     write_file(
         &output.join("diagnosis.json"),
@@ -162,11 +167,11 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     for (i, term) in diagnosis.proposed_terms.iter().enumerate() {
         let _ = writeln!(
             out,
-            "proposed term (proposed_{}.toml): {} = {}, explains {:.0} % of the squared slip force left without it",
+            "proposed term (proposed_{}.toml): {} = {}, {}",
             i + 1,
             term.target,
             term.expression,
-            100.0 * term.explained_share
+            term.worth()
         );
     }
     for remark in &diagnosis.remarks {

@@ -27,23 +27,40 @@ pub fn write(terms: &[ProposedTerm], folder: &Path) -> Result<Vec<PathBuf>, Erro
 
 fn text(id: &str, term: &ProposedTerm) -> String {
     let mut out = format!(
-        "# Proposed by a diagnosis: explains {:.0} % of the squared slip force that is left without it. Try it:\n\
+        "# Proposed by a diagnosis: {}. Try it:\n\
          #     stickslip pack --effect {id}.toml -o own.fmu\n\
          #     stickslip try CAMPAIGN --fmu own.fmu --add {id}\n\
          id = \"{id}\"\n\
          title = \"Proposed term\"\n\
          target = \"{}\"\n\
          expression = \"{}\"\n",
-        100.0 * term.explained_share,
+        term.worth(),
         term.target,
         term.expression
     );
     for (name, estimate) in &term.parameters {
+        let is_shape = term.shapes.contains(name);
         let most = RANGE * estimate.value.abs();
+        let least = if is_shape {
+            estimate.value / RANGE
+        } else {
+            -most
+        };
         let _ = write!(
             out,
-            "\n[[parameter]]\nname = \"{name}\"\nunit = \"{}\"\nmin = {:e}\nmax = {most:e}\ntypical = {:e}\n",
-            estimate.unit, -most, estimate.value
+            "\n[[parameter]]\nname = \"{name}\"\nunit = \"{}\"\nmin = {least:e}\nmax = {most:e}\ntypical = {:e}\n",
+            estimate.unit, estimate.value
+        );
+        if is_shape {
+            out += "role = \"shape\"\n";
+        }
+    }
+    for name in &term.phases {
+        let _ = write!(
+            out,
+            "\n[[parameter]]\nname = \"{name}\"\nunit = \"rad\"\nmin = {:e}\nmax = {:e}\ntypical = 0.0\nrole = \"phase\"\n",
+            -std::f64::consts::PI,
+            std::f64::consts::PI
         );
     }
     out
@@ -74,6 +91,9 @@ mod tests {
                 },
             )]),
             explained_share: 0.3,
+            fitted: false,
+            shapes: Vec::new(),
+            phases: Vec::new(),
         };
         let terms = [
             of("tip_force", "c*w^2", -2.5e6, "N/m2"),

@@ -56,6 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     progress.step("judging on the runs kept out", 0, 1);
     let steps = climb(&session, &selection)?;
     let diagnosis = report(
+        &fmu,
         &session,
         &selection,
         &steps,

@@ -8,12 +8,14 @@ use super::knob::Scale;
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
+use super::propose::ProposedTerm;
 use super::rivals::{other_forms, rivals};
 use super::search::Trial;
 use super::select::Selection;
 use super::session::Session;
 use super::steps::Step;
 use super::strain::strain;
+use super::terms;
 use super::words::{Seen, remarks, words};
 use crate::error::Error;
 use std::collections::BTreeMap;
@@ -41,7 +43,9 @@ pub fn conclude(
     let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
     let strained = strain(&steps[if base_is_enough { 0 } else { last }].trial);
     let is_strained = strained.is_some();
-    let verdict = if base_is_enough && is_white(0) && !is_strained {
+    let verdict = if selection.beyond.is_some() {
+        Verdict::UnknownEffect
+    } else if base_is_enough && is_white(0) && !is_strained {
         Verdict::NoMissingEffect
     } else if selection.explained && is_worth_it && is_white(last) && predicts && !is_strained
         || selection.by_break_aways
@@ -95,10 +99,18 @@ pub fn conclude(
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
     let trial = &steps[last].trial;
     let colours: Vec<f64> = steps.iter().map(|s| s.colour).collect();
+    let proposed_terms = match verdict {
+        Verdict::UnknownEffect => match fitted_term(session, selection, steps) {
+            Some(term) => vec![term],
+            None => super::propose::propose(session),
+        },
+        _ => Vec::new(),
+    };
     let seen = Seen {
         ladder: &ladder,
         colours: &colours,
         strain: strained.as_ref(),
+        proposed: &proposed_terms,
     };
     let summary = words(session, verdict, &effects, &seen, selection);
     let tied = match verdict {
@@ -117,10 +129,6 @@ pub fn conclude(
         &steps[0].holdout,
         &session.break_aways,
     )?;
-    let proposed_terms = match verdict {
-        Verdict::UnknownEffect => super::propose::propose(session),
-        _ => Vec::new(),
-    };
     if verdict == Verdict::UnknownEffect {
         residual["proposed_terms"] = serde_json::json!(proposed_terms);
     }
@@ -148,6 +156,15 @@ pub fn conclude(
         effects,
         error_ladder: ladder,
     })
+}
+
+/// The term beyond the catalogue at the end of the path.
+fn fitted_term(session: &Session, selection: &Selection, steps: &[Step]) -> Option<ProposedTerm> {
+    selection.beyond.as_ref()?;
+    let choice = selection.path.last()?.choices.last()?;
+    let last = steps.last()?;
+    let left = last.holdout.nrmse / steps[0].holdout.nrmse;
+    terms::proposal(session, choice, &last.trial, 1.0 - left.powi(2))
 }
 
 /// What the calibrated model takes from the campaign as known, by FMU variable.
@@ -340,9 +357,13 @@ fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
 
 fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
     let base = selection.calibrated.score(selection.samples);
+    // The list is the catalogue's: a term beyond it stands among the proposals.
+    let is_term = |c: &&Choice| terms::is_term(&session.catalogue[c.effect].id);
+    let of_catalogue = |c: &&Contender| !c.choices.iter().any(|choice| is_term(&choice));
     let mut all: Vec<&Contender> = selection
         .path
         .iter()
+        .filter(of_catalogue)
         .chain(&selection.singles)
         .chain(selection.listed_pairs())
         .collect();

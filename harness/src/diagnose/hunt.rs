@@ -8,7 +8,7 @@ use super::predictor::Point;
 use super::screen::Screen;
 use super::search::{self, BRIEF, FIRM, HELD};
 use super::session::{Session, parallel};
-use super::whole;
+use super::{terms, whole};
 use crate::error::Error;
 use crate::watch::Watch;
 
@@ -34,6 +34,8 @@ pub(super) struct Hunt<'a> {
     held: Vec<Contender>,
     /// Pairs tried, best first.
     pub pairs: Vec<Contender>,
+    /// A term beyond the catalogue that explains the data by itself where no effect does.
+    pub beyond: Option<Contender>,
 }
 
 /// Searches the catalogue on the shots of `screen`.
@@ -62,6 +64,7 @@ pub(super) fn hunt<'a>(
         singles,
         held: Vec::new(),
         pairs: Vec::new(),
+        beyond: None,
     };
     hunt.try_harder()?;
     hunt.hold(&jobs)?;
@@ -71,8 +74,11 @@ pub(super) fn hunt<'a>(
         hunt.hold(&jobs)?;
     }
     if !hunt.is_at_floor() && hunt.may_be_two() {
-        hunt.pair()?;
-        hunt.refit_halves()?;
+        hunt.look_beyond()?;
+        if hunt.beyond.is_none() {
+            hunt.pair()?;
+            hunt.refit_halves()?;
+        }
     }
     hunt.refute_pairs()?;
     let to_beat = score_alone(&hunt.singles, screen.samples) - NULL_GAIN;
@@ -165,6 +171,23 @@ impl Hunt<'_> {
         }
         self.pairs =
             pairs::behind_the_best(self.screen, &self.list, &mut self.singles, self.watch)?;
+        Ok(())
+    }
+
+    /// One term beyond the catalogue that explains all goes before two effects of it.
+    fn look_beyond(&mut self) -> Result<(), Error> {
+        let (screen, watch) = (self.screen, self.watch);
+        let terms = terms::all(self.session);
+        let jobs: Vec<Vec<Choice>> = terms.into_iter().map(|t| vec![t]).collect();
+        let mut found = screen.compete(&jobs, &self.calibrated, BRIEF, watch)?;
+        screen.polish(&mut found, watch)?;
+        screen.finish(&mut found, watch)?;
+        for mut term in found {
+            if whole::stands(self.session, &mut term)? {
+                self.beyond = Some(term);
+                break;
+            }
+        }
         Ok(())
     }
 

@@ -137,8 +137,31 @@ pub struct ProposedTerm {
     pub expression: String,
     /// The values of the parameters in it.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Share of the squared force that it explains of what is left without it.
+    /// Share that it explains of the squared force left without it; of a term that was fitted to the motion, of the squared error
+    /// of prediction on the runs kept out, left by the calibrated model.
     pub explained_share: f64,
+    /// Whether it was fitted to the motion, as effects are; otherwise it is a regression of the slip force, to be tried.
+    pub fitted: bool,
+    /// Parameters that are shapes: lengths, velocities, frequencies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shapes: Vec<String>,
+    /// Parameters that differ from run to run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub phases: Vec<String>,
+}
+
+impl ProposedTerm {
+    /// How much it explains, in words.
+    pub fn worth(&self) -> String {
+        let share = 100.0 * self.explained_share;
+        if self.fitted {
+            format!(
+                "fitted to the motion; removes {share:.0} % of the squared error on runs kept out of the fit"
+            )
+        } else {
+            format!("explains {share:.0} % of the squared slip force left without it")
+        }
+    }
 }
 
 /// Terms in user-effect form with their coefficients; empty if none explains enough.
@@ -199,6 +222,9 @@ pub fn propose(session: &Session) -> Vec<ProposedTerm> {
                 expression: term.formula.to_owned(),
                 parameters: BTreeMap::from([("c".to_owned(), coefficient)]),
                 explained_share: share[i],
+                fitted: false,
+                shapes: Vec::new(),
+                phases: Vec::new(),
             }
         })
         .collect()

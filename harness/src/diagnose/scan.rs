@@ -66,10 +66,15 @@ pub fn lines(
     let (Some(a), Some(f)) = (index(amplitude), index(shape)) else {
         return Vec::new();
     };
-    let phase = h.own[0]
+    let phase = effect
+        .find_role(Role::Phase)
+        .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
+    let Some(p) = h.own[0]
         .iter()
-        .position(|k| k.name.starts_with(&effect.id) && k.name.ends_with("phase"));
-    let Some(p) = phase else { return Vec::new() };
+        .position(|k| Some(&k.name) == phase.as_ref())
+    else {
+        return Vec::new();
+    };
     let span = |s: &Shot| match argument {
         Argument::Time => s.time[s.time.len() - 1] - s.time[0],
         Argument::Travel => (s.travel_end - s.travel).abs(),

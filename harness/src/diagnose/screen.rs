@@ -273,15 +273,26 @@ impl<'a> Screen<'a> {
             return Ok(());
         }
         watch.step("fitting the best candidate to its end", 0, 1);
+        *best = self.to_its_end(best)?;
+        Ok(())
+    }
+
+    /// A contender fitted from where it stands until nothing moves any more.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(super) fn to_its_end(&self, contender: &Contender) -> Result<Contender, Error> {
         let effort = Effort {
             stride: search::STRIDE,
             ..whole::last_effort()
         };
-        let further = self.further_by(best, effort)?;
-        if further.fit.trimmed < best.fit.trimmed {
-            *best = further;
-        }
-        Ok(())
+        let further = self.further_by(contender, effort)?;
+        let is_better = further.fit.trimmed < contender.fit.trimmed;
+        Ok(if is_better {
+            further
+        } else {
+            contender.clone()
+        })
     }
 
     /// A contender fitted further with its effects in another order.

@@ -10,6 +10,7 @@ use super::predictor::Point;
 use super::session::Session;
 use super::shot::Shot;
 use super::starts::{start_at_line, starts};
+use super::terms::is_term;
 use crate::error::Error;
 
 /// Every how many-th sample is used while searching.
@@ -231,7 +232,9 @@ pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
 
 /// All ways to choose one effect of the catalogue.
 pub fn all_variants(session: &Session) -> Vec<Choice> {
+    let offered = |effect: &usize| !is_term(&session.catalogue[*effect].id);
     (0..session.catalogue.len())
+        .filter(offered)
         .flat_map(|effect| variants(session, effect))
         .collect()
 }

@@ -19,6 +19,14 @@ const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
 const PAIRS_LISTED: usize = 5;
 
+/// Why a term beyond the catalogue stands at the end of a path.
+pub struct Beyond {
+    /// What explains the data too, but not as well; `None` where nothing else does.
+    pub rival: Option<String>,
+    /// Fall of the objective through the term, less the price of its parameters: below that rival, or the calibrated model.
+    pub gain: f64,
+}
+
 /// All that a selection found.
 pub struct Selection {
     /// The reference model with nominal values, judged with start states fitted.
@@ -37,6 +45,8 @@ pub struct Selection {
     pub explained: bool,
     /// Whether the path is believed for what the break-aways tell, though it does not come down to the noise.
     pub by_break_aways: bool,
+    /// The term beyond the catalogue at the end of the path, if it needs one.
+    pub beyond: Option<Beyond>,
     /// Samples that the comparison rests on.
     pub samples: f64,
     /// Whether it was stopped before its end.
@@ -68,6 +78,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         mut calibrated,
         mut singles,
         mut pairs,
+        beyond,
         ..
     } = hunt(session, &screen, watch)?;
     let stopped = watch.stop();
@@ -76,7 +87,17 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         judge_candidates(session, &calibrated, &mut singles, &mut pairs)?;
     }
     let samples = screen.samples;
-    let mut path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
+    let gain = |term: &Contender| calibrated.score(samples) - term.score(samples);
+    let (mut path, beyond) = match beyond {
+        Some(term) => {
+            let gain = gain(&term);
+            (vec![term], Some(Beyond { rival: None, gain }))
+        }
+        None => {
+            let path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
+            (path, None)
+        }
+    };
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
     let list = search::all_variants(session);
     let profile = list.iter().find(|c| is_profile(session, c));
@@ -103,6 +124,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         path,
         explained,
         by_break_aways,
+        beyond,
         samples,
         stopped,
         threshold: NULL_GAIN,
@@ -195,6 +217,7 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         pairs: Vec::new(),
         by_break_aways: !explained && is_profile_alone && session.place_is_told(),
         explained,
+        beyond: None,
         samples: screen.samples,
         stopped: path.len() < effects.len(),
         path,

@@ -3,6 +3,7 @@
 use super::candidate::Role;
 use super::conclude::estimate;
 use super::contender::Contender;
+use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
 use super::predictor::Point;
 use super::search::{self, Trial};
@@ -31,7 +32,12 @@ pub struct Step {
 
 impl Step {
     /// Judges a trial that was fitted to `shots`, which stand at `all` in the session's list.
-    fn new(session: &Session, trial: Trial, all: &[usize], shots: &[Shot]) -> Result<Step, Error> {
+    pub(super) fn new(
+        session: &Session,
+        trial: Trial,
+        all: &[usize],
+        shots: &[Shot],
+    ) -> Result<Step, Error> {
         Ok(Step {
             fit: judge::of_fit(session, all, &trial.fit),
             holdout: judge::held_out(session, &trial, Care::Thorough)?,
@@ -114,8 +120,9 @@ pub fn prune(
         let gain = |steps: &[Step]| {
             steps[depth - 1].trial.fit.trimmed - steps[depth].trial.fit.trimmed - price
         };
-        let is_doubtful =
-            |steps: &[Step]| gain(steps) < OVERWHELMING || is_faint(session, &steps[depth], below);
+        let is_doubtful = |steps: &[Step]| {
+            gain(steps) < OVERWHELMING || is_faint(session, &steps[depth], &below.choices)
+        };
         if gain(steps) > selection.threshold && is_doubtful(steps) {
             let shots = session.copies(&all);
             let h = session.hypothesis(&below.choices)?;
@@ -129,7 +136,8 @@ pub fn prune(
                 }
             }
         }
-        let is_clear = gain(steps) >= OVERWHELMING || !is_faint(session, &steps[depth], below);
+        let is_clear =
+            gain(steps) >= OVERWHELMING || !is_faint(session, &steps[depth], &below.choices);
         if gain(steps) > selection.threshold && is_clear {
             break;
         }
@@ -144,12 +152,12 @@ pub fn prune(
     Ok(())
 }
 
-/// Whether what a step has more than the model below can't be told from nothing: every amplitude that it adds, or every
+/// Whether what a step has more than the effects `below` can't be told from nothing: every amplitude that it adds, or every
 /// shape constant where it has no amplitude, is known to a third of itself at best ([`FAINT`] standard deviations). A gain
 /// that contradicts this comes from a smaller model that was not fitted as well.
-fn is_faint(session: &Session, step: &Step, below: &Contender) -> bool {
+pub(super) fn is_faint(session: &Session, step: &Step, below: &[Choice]) -> bool {
     let h = &step.trial.hypothesis;
-    let added = h.choices.iter().filter(|c| !below.choices.contains(c));
+    let added = h.choices.iter().filter(|c| !below.contains(c));
     let mut strongest = f64::NEG_INFINITY;
     for choice in added {
         let effect = &session.catalogue[choice.effect];

@@ -3,8 +3,9 @@
 use super::break_away::BreakAways;
 use super::contender::FLOOR_COLOUR;
 use super::outcome::{FoundEffect, Rung, Verdict};
+use super::propose::ProposedTerm;
 use super::search::Trial;
-use super::select::Selection;
+use super::select::{Beyond, Selection};
 use super::session::Session;
 use super::strain::Strain;
 
@@ -162,6 +163,8 @@ pub(super) struct Seen<'a> {
     pub colours: &'a [f64],
     /// A constant of the structure that the model which explains the data had to bend.
     pub strain: Option<&'a Strain>,
+    /// Terms proposed.
+    pub proposed: &'a [ProposedTerm],
 }
 
 /// What was found and how sure it is, in plain words.
@@ -234,6 +237,9 @@ pub(super) fn words(
             calibrated.holdout_over_noise
         ),
         Verdict::UnknownEffect => {
+            if let (Some(beyond), Some(term)) = (&selection.beyond, seen.proposed.first()) {
+                return beyond_words(beyond, term, calibrated, last);
+            }
             if let Some(strain) = seen
                 .strain
                 .filter(|_| last.holdout_over_noise < NEARLY_NOISE)
@@ -276,4 +282,31 @@ pub(super) fn words(
             )
         }
     }
+}
+
+/// That the data ask for a term beyond the catalogue.
+fn beyond_words(beyond: &Beyond, term: &ProposedTerm, calibrated: &Rung, last: &Rung) -> String {
+    let values: Vec<String> = term
+        .parameters
+        .iter()
+        .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
+        .collect();
+    let compared = match &beyond.rival {
+        Some(rival) => format!(
+            "{rival} explains the data too, down to the noise, but a term beyond the catalogue explains them better, by {:.0} in the logarithm of the likelihood with its parameters priced in",
+            beyond.gain
+        ),
+        None => {
+            "no effect of the catalogue removes the misfit, but one term beyond it does".to_owned()
+        }
+    };
+    format!(
+        "Something outside the catalogue is missing: {compared}: {} = {} with {}. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. It is the simplest of its kind and a lead, not a name: proposed_1.toml is ready for `pack --effect` and `try`.",
+        term.target,
+        term.expression,
+        values.join(", "),
+        100.0 * calibrated.holdout_nrmse,
+        100.0 * last.holdout_nrmse,
+        last.holdout_over_noise
+    )
 }

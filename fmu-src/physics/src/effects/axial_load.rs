@@ -25,7 +25,7 @@ pub static CARD: Card = Card {
         unit: PER_NEWTON,
         start: 0.0,
         typical: 1.4e-4,
-        min: -1e-3,
+        min: 0.0,
         max: 1e-3,
         role: Role::Amplitude,
     }],

@@ -41,7 +41,7 @@ pub fn section(page: Page, material: &Material) -> Page {
 fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
     let selection = material.selection;
     let base = selection.calibrated.score(selection.samples);
-    let found = material.diagnosis.verdict == Verdict::EffectFound;
+    let found = material.diagnosis.verdict == Verdict::EffectFound || selection.beyond.is_some();
     let on_path = selection.path.iter().map(|c| (c, true));
     let others = selection
         .singles

@@ -28,7 +28,8 @@ pub fn floor(session: &Session) -> f64 {
 
 fn ladder(material: &Material) -> Plot {
     let rungs = &material.diagnosis.error_ladder;
-    let believed = material.diagnosis.verdict != Verdict::UnknownEffect;
+    let believed =
+        material.diagnosis.verdict != Verdict::UnknownEffect || material.selection.beyond.is_some();
     let names: Vec<String> = rungs
         .iter()
         .map(|r| {

@@ -67,6 +67,9 @@ impl Views {
                     format!("with {}", step.trim_start_matches("+ "))
                 }
                 Verdict::EffectFound => "with the effects found".to_owned(),
+                _ if selection.beyond.is_some() => {
+                    format!("with {}", step.trim_start_matches("+ "))
+                }
                 _ => format!("best candidate ({step}), not believed"),
             };
             [rung("calibrated", 0)?, rung(&name, last)?]

@@ -8,6 +8,7 @@ mod contents;
 mod documentation;
 pub mod own_effects;
 mod platforms;
+pub mod widened;
 
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};

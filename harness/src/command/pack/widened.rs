@@ -1,0 +1,75 @@
+//! An FMU of this project with further users' effects, for a diagnosis.
+
+use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard};
+
+use super::{DESCRIPTION, FILE_NAME, START_VALUES, archive, own_effects};
+use crate::error::Error;
+use crate::fmu::Fmu;
+
+/// The FMU with the users' effects of these `texts` behind its own, its start values unchanged; `None` where that can't be: an
+/// FMU of another make, one that has such effects already, one of another version.
+///
+/// # Errors
+/// An archive that can't be read, or a temporary folder that can't be written.
+pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
+    let mut files = fmu.files()?;
+    let Some(starts) = files.iter().find(|f| f.0 == START_VALUES) else {
+        return Ok(None);
+    };
+    let Some(starts) = start_values(&starts.1) else {
+        return Ok(None);
+    };
+    let mut cards = own_effects::of_fmu(fmu)?;
+    for text in texts {
+        match UserCard::parse(text) {
+            Ok(card) => cards.push(card),
+            Err(_) => return Ok(None),
+        }
+    }
+    let Ok(layout) = Layout::with(cards) else {
+        return Ok(None);
+    };
+    let described = layout.xml_with_starts(&starts).and_then(|(xml, guid)| {
+        let starts = layout.start_values_toml(&starts, &guid)?;
+        Ok((xml, starts))
+    });
+    let Ok((xml, starts)) = described else {
+        return Ok(None);
+    };
+    let folder = format!("resources/{EFFECTS_FOLDER}/");
+    files.retain(|(name, _)| {
+        name != DESCRIPTION && name != START_VALUES && !name.starts_with(&folder)
+    });
+    files.insert(0, (DESCRIPTION.to_owned(), xml.into_bytes()));
+    files.push((START_VALUES.to_owned(), starts.into_bytes()));
+    for effect in layout.effects() {
+        let name = format!("{folder}{}.toml", effect.id);
+        files.push((name, effect.text.clone().into_bytes()));
+    }
+    let place = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
+    let path = place.path().join(FILE_NAME);
+    let bytes = archive(&files).map_err(|e| Error::Write {
+        path: path.clone(),
+        source: e.into(),
+    })?;
+    std::fs::write(&path, bytes).map_err(Error::write(&path))?;
+    let widened = Fmu::load(&path)?;
+    let works = widened.instantiate("widened").is_ok();
+    Ok(works.then_some(widened))
+}
+
+/// What `[start]` says in a file of start values.
+fn start_values(text: &[u8]) -> Option<Vec<(String, f64)>> {
+    let table: toml::Table = std::str::from_utf8(text).ok()?.parse().ok()?;
+    let Some(start) = table.get("start") else {
+        return Some(Vec::new());
+    };
+    let number = |value: &toml::Value| match value {
+        toml::Value::Float(x) => Some(*x),
+        toml::Value::Integer(i) => Some(*i as f64),
+        _ => None,
+    };
+    let all = start.as_table()?.iter();
+    all.map(|(name, value)| Some((name.clone(), number(value)?)))
+        .collect()
+}
