@@ -385,6 +385,37 @@ fn trying_an_effect_of_ones_own_brings_the_error_down_to_the_noise() {
     );
 }
 
+/// val: the demonstration campaign by reference-data/computed/generator, in which friction varies along the belt with 22 mm.
+#[test]
+fn val_what_repeats_is_found_whatever_its_phase_is_called_and_far_from_what_is_typical() {
+    let folder = folder();
+    let ribs = "id = \"ribs\"\ntitle = \"Ribs\"\ntarget = \"friction_factor\"\nexpression = \"1 + a*cos(2*pi*s/L + p)\"\n\
+        [[parameter]]\nname = \"a\"\nunit = \"1\"\nmin = 0\nmax = 0.3\ntypical = 0.05\n\
+        [[parameter]]\nname = \"L\"\nunit = \"m\"\nmin = 0.002\nmax = 0.1\ntypical = 0.06\nrole = \"shape\"\n\
+        [[parameter]]\nname = \"p\"\nunit = \"rad\"\nmin = -4\nmax = 4\ntypical = 0\nrole = \"phase\"\n";
+    let fmu = packed(folder.path(), &[ribs.to_owned()]);
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
+    let out = folder.path().join("out");
+    let output = stickslip(&[
+        "try",
+        demo.to_str().unwrap(),
+        "--add",
+        "ribs",
+        "--json",
+        "--fmu",
+        fmu.path().to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let length = &json["effects"][0]["parameters"]["L"]["value"];
+    assert!(
+        (length.as_f64().unwrap() - 0.022).abs() < 1e-4,
+        "{length} m where 0.022 m is hidden"
+    );
+}
+
 #[test]
 fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
     // Source: central differences of motions by fmi2DoStep.

@@ -5,6 +5,7 @@ use super::verdict::percent;
 use super::views::COLOURS;
 use crate::diagnose::outcome::Verdict;
 use crate::diagnose::session::Session;
+use crate::measurement::Run;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// The section.
@@ -166,19 +167,16 @@ fn plane(material: &Material) -> Plot {
     let session = material.session;
     let runs = &session.campaign.runs;
     let [before, after] = &material.views.pair;
-    let low = runs
-        .iter()
-        .map(|r| r.belt_velocity)
-        .fold(f64::INFINITY, f64::min);
-    let high = runs
-        .iter()
-        .map(|r| r.belt_velocity)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let width = (high - low).max(0.1 * high.abs()).max(1e-6);
-    // Room on the right for the numbers beside the points.
-    let speed =
-        Axis::linear("belt velocity", "m/s").from_to(low - 0.08 * width, high + 0.3 * width);
-    let mut plot = Plot::new(speed, Axis::linear("normal force", "N"));
+    let axis = |name: &str, unit: &str, of: fn(&Run) -> f64, beyond: f64| {
+        let low = runs.iter().map(of).fold(f64::INFINITY, f64::min);
+        let high = runs.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+        let width = (high - low).max(0.1 * high.abs()).max(1e-6);
+        Axis::linear(name, unit).from_to(low - 0.08 * width, high + beyond * width)
+    };
+    // Room for the numbers, which stand above the points and to their right.
+    let speed = axis("belt velocity", "m/s", |r| r.belt_velocity, 0.3);
+    let force = axis("normal force", "N", |r| r.normal_force, 0.12);
+    let mut plot = Plot::new(speed, force);
     for (held, name, colour) in [
         (false, "fitted", Colour::Purple),
         (true, "kept out", Colour::Green),

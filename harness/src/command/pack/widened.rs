@@ -73,3 +73,38 @@ fn start_values(text: &[u8]) -> Option<Vec<(String, f64)>> {
     all.map(|(name, value)| Some((name.clone(), number(value)?)))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::open_fmu;
+    use crate::command::pack::belt_drive;
+    use crate::command::repaired_model::write_fmu;
+    use crate::diagnose::candidate::candidates;
+    use crate::diagnose::terms;
+
+    #[test]
+    fn terms_stand_behind_the_effects_and_start_values_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let changed = folder.path().join("changed.fmu");
+        let plain = open_fmu(None).unwrap();
+        write_fmu(&plain, &[("normal_force".to_owned(), 77.0)], &changed).unwrap();
+        let plain = Fmu::load(&changed).unwrap();
+        let widened = with_effects(&plain, &terms::FILES).unwrap().unwrap();
+        let start = widened.variable("normal_force").unwrap().start_number();
+        assert_eq!(start, Some(77.0));
+        let (few, many) = (candidates(&plain).unwrap(), candidates(&widened).unwrap());
+        assert_eq!(few, many[..few.len()]);
+        assert_eq!(many.len(), few.len() + terms::FILES.len());
+        assert!(many[few.len()..].iter().all(|c| terms::is_term(&c.id)));
+    }
+
+    #[test]
+    fn an_fmu_of_another_make_stays_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.fmu");
+        belt_drive::pack(&path).unwrap();
+        let drive = Fmu::load(&path).unwrap();
+        assert!(with_effects(&drive, &terms::FILES).unwrap().is_none());
+    }
+}
