@@ -13,13 +13,15 @@ use super::session::Session;
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 8] = [
+pub const FILES: [&str; 10] = [
     include_str!("terms/quadratic_stiffness.toml"),
     include_str!("terms/stop.toml"),
     include_str!("terms/cubic_damping.toml"),
     include_str!("terms/damping_by_deflection.toml"),
+    include_str!("terms/dry_damping.toml"),
     include_str!("terms/friction_by_direction.toml"),
     include_str!("terms/friction_by_tip_velocity.toml"),
+    include_str!("terms/friction_by_deflection_squared.toml"),
     include_str!("terms/pulsating_stiffness.toml"),
     include_str!("terms/pulsating_belt.toml"),
 ];
