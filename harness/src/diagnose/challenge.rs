@@ -221,7 +221,8 @@ impl Ring<'_> {
         let gain = gain(without);
         let step = Step::new(session, trial, self.all, self.shots)?;
         let predicts = step.holdout.quantile(0.5) <= FLOOR_HELD_OUT;
-        let stands = gain > NULL_GAIN && predicts && !is_faint(session, &step, &[]);
+        let is_faint = is_faint(session, &step, &holder.choices);
+        let stands = gain > NULL_GAIN && predicts && !is_faint;
         Ok(stands.then_some((gain, step)))
     }
 }
