@@ -1,6 +1,6 @@
 //! The fit of one hypothesis from several starts, so that a poor local minimum is not taken for a verdict.
 
-use super::candidate::Role;
+use super::candidate::{Candidate, Role};
 use super::contender::FLOOR_MEDIAN;
 use super::fit::{Effort, Fit, Fitter};
 use super::hypothesis::{Choice, Hypothesis};
@@ -232,9 +232,13 @@ pub fn variants(session: &Session, effect: usize) -> Vec<Choice> {
 
 /// All ways to choose one effect of the catalogue.
 pub fn all_variants(session: &Session) -> Vec<Choice> {
-    let offered = |effect: &usize| !is_term(&session.catalogue[*effect].id);
+    variants_of(session, |effect| !is_term(&effect.id))
+}
+
+/// All ways to choose one of the effects `wanted`.
+pub fn variants_of(session: &Session, wanted: impl Fn(&Candidate) -> bool) -> Vec<Choice> {
     (0..session.catalogue.len())
-        .filter(offered)
+        .filter(|&effect| wanted(&session.catalogue[effect]))
         .flat_map(|effect| variants(session, effect))
         .collect()
 }

@@ -8,7 +8,7 @@ use super::candidate::Role;
 use super::conclude::estimate;
 use super::hypothesis::Choice;
 use super::propose::ProposedTerm;
-use super::search::{Trial, variants};
+use super::search::{Trial, variants_of};
 use super::session::Session;
 use serde::Deserialize;
 
@@ -44,18 +44,14 @@ pub fn is_term(id: &str) -> bool {
 
 /// All of them, where the session's FMU has them.
 pub fn all(session: &Session) -> Vec<Choice> {
-    let is_one = |effect: &usize| is_term(&session.catalogue[*effect].id);
-    (0..session.catalogue.len())
-        .filter(is_one)
-        .flat_map(|effect| variants(session, effect))
-        .collect()
+    variants_of(session, |effect| is_term(&effect.id))
 }
 
 /// Those without a phase.
 pub fn smooth(session: &Session) -> Vec<Choice> {
-    let mut terms = all(session);
-    terms.retain(|t| session.catalogue[t.effect].find_role(Role::Phase).is_none());
-    terms
+    variants_of(session, |effect| {
+        is_term(&effect.id) && effect.find_role(Role::Phase).is_none()
+    })
 }
 
 /// A term as fitted, to be proposed; `explained_share` as there. `None` for an effect that is no term.

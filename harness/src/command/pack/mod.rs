@@ -13,7 +13,7 @@ pub mod widened;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 
-use beam_model_description::{EFFECTS_FOLDER, MODEL_IDENTIFIER, StartValueError};
+use beam_model_description::{Layout, MODEL_IDENTIFIER, StartValueError};
 use clap::Args;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -70,24 +70,26 @@ pub fn pack_with(path: &Path, effects: &[PathBuf]) -> Result<(), Error> {
 fn pack_binaries(path: &Path, effects: &[PathBuf], binaries: &Binaries) -> Result<(), Error> {
     let layout = own_effects::layout(effects)?;
     let none: [(&str, f64); 0] = [];
-    let describe = || {
-        let (xml, guid) = layout.xml_with_starts(&none)?;
-        let starts = layout.start_values_toml(&none, &guid)?;
-        Ok((xml, starts))
-    };
-    let (xml, starts) = describe().map_err(|e: StartValueError| Error::StartValues {
+    let (xml, starts) = describe(layout, &none).map_err(|e| Error::StartValues {
         problem: e.to_string(),
     })?;
     let mut files = vec![(DESCRIPTION.to_owned(), xml.clone().into_bytes())];
     files.extend(binaries.entries(MODEL_IDENTIFIER));
     files.push((START_VALUES.to_owned(), starts.into_bytes()));
-    for effect in layout.effects() {
-        let name = format!("resources/{EFFECTS_FOLDER}/{}.toml", effect.id);
-        files.push((name, effect.text.clone().into_bytes()));
-    }
+    files.extend(own_effects::files(layout));
     files.extend(contents::fixed());
     contents::follow_description(path, &xml, &mut files)?;
     write_with_results(path, files)
+}
+
+/// modelDescription.xml of these variables with other start values, and the file of start values that goes with it.
+fn describe(
+    layout: &Layout,
+    starts: &[(impl AsRef<str>, f64)],
+) -> Result<(String, String), StartValueError> {
+    let (xml, guid) = layout.xml_with_starts(starts)?;
+    let starts = layout.start_values_toml(starts, &guid)?;
+    Ok((xml, starts))
 }
 
 /// Adds reference results to the files of an FMU of this model, and writes it.
@@ -95,15 +97,12 @@ fn pack_binaries(path: &Path, effects: &[PathBuf], binaries: &Binaries) -> Resul
 /// # Errors
 /// As [`write_fmu`].
 fn write_with_results(path: &Path, mut files: Vec<contents::Entry>) -> Result<(), Error> {
-    let folder = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
-    let trial = folder.path().join(FILE_NAME);
     let bytes = archive(&files).map_err(|e| Error::Write {
         path: path.to_owned(),
         source: e.into(),
     })?;
-    std::fs::write(&trial, bytes).map_err(Error::write(&trial))?;
     // A model that can't run with its start values (a user's formula, extreme values) is an FMU all the same.
-    if let Ok(results) = contents::reference_results(&Fmu::load(&trial)?) {
+    if let Ok(results) = contents::reference_results(&load_bytes(&bytes)?) {
         files.extend(results);
     }
     write_fmu(path, &files)
@@ -162,10 +161,15 @@ pub fn archive(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
 }
 
 fn try_out(bytes: &[u8]) -> Result<(), Error> {
+    load_bytes(bytes)?.instantiate("pack").map(drop)
+}
+
+/// The FMU of an archive that no file holds yet.
+fn load_bytes(bytes: &[u8]) -> Result<Fmu, Error> {
     let folder = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
     let path = folder.path().join(FILE_NAME);
     std::fs::write(&path, bytes).map_err(Error::write(&path))?;
-    Fmu::load(&path)?.instantiate("pack").map(drop)
+    Fmu::load(&path)
 }
 
 /// The FMU's library: cargo puts it into `deps/` beside the program, and beside it.

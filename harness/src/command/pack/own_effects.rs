@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard, UserEffectError};
 
+use super::contents::Entry;
 use crate::error::Error;
 use crate::fmu::Fmu;
 
@@ -26,6 +27,14 @@ pub fn layout(paths: &[PathBuf]) -> Result<&'static Layout, Error> {
         layout = Layout::with(cards.clone()).map_err(at)?;
     }
     Ok(layout)
+}
+
+/// The files of the users' effects among the resources.
+pub fn files(layout: &Layout) -> impl Iterator<Item = Entry> {
+    layout.effects().iter().map(|effect| {
+        let name = format!("resources/{EFFECTS_FOLDER}/{}.toml", effect.id);
+        (name, effect.text.clone().into_bytes())
+    })
 }
 
 /// The users' effects in an FMU of this project.

@@ -2,7 +2,7 @@
 
 use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard};
 
-use super::{DESCRIPTION, FILE_NAME, START_VALUES, archive, own_effects};
+use super::{DESCRIPTION, START_VALUES, archive, describe, load_bytes, own_effects};
 use crate::error::Error;
 use crate::fmu::Fmu;
 
@@ -29,11 +29,7 @@ pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
     let Ok(layout) = Layout::with(cards) else {
         return Ok(None);
     };
-    let described = layout.xml_with_starts(&starts).and_then(|(xml, guid)| {
-        let starts = layout.start_values_toml(&starts, &guid)?;
-        Ok((xml, starts))
-    });
-    let Ok((xml, starts)) = described else {
+    let Ok((xml, starts)) = describe(layout, &starts) else {
         return Ok(None);
     };
     let folder = format!("resources/{EFFECTS_FOLDER}/");
@@ -42,18 +38,12 @@ pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
     });
     files.insert(0, (DESCRIPTION.to_owned(), xml.into_bytes()));
     files.push((START_VALUES.to_owned(), starts.into_bytes()));
-    for effect in layout.effects() {
-        let name = format!("{folder}{}.toml", effect.id);
-        files.push((name, effect.text.clone().into_bytes()));
-    }
-    let place = tempfile::tempdir().map_err(Error::write(&std::env::temp_dir()))?;
-    let path = place.path().join(FILE_NAME);
+    files.extend(own_effects::files(layout));
     let bytes = archive(&files).map_err(|e| Error::Write {
-        path: path.clone(),
+        path: fmu.path().to_owned(),
         source: e.into(),
     })?;
-    std::fs::write(&path, bytes).map_err(Error::write(&path))?;
-    let widened = Fmu::load(&path)?;
+    let widened = load_bytes(&bytes)?;
     let works = widened.instantiate("widened").is_ok();
     Ok(works.then_some(widened))
 }
