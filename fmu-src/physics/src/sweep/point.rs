@@ -138,7 +138,7 @@ pub fn evaluate(
             None => return Ok(rest(&path)),
         }
         let lyapunov = companion.as_ref().and_then(Companion::exponent);
-        let motion = describe(&path, &stretch, lyapunov);
+        let motion = describe(&path, &mut stretch, lyapunov);
         let settling = motion.status == Status::Settling;
         if !settling || round == rule.patience {
             return Ok(motion);
@@ -238,7 +238,7 @@ fn carry(model: &Model, state: &State, travel: f64) -> Carry {
     }
 }
 
-fn describe(path: &Path, stretch: &Stretch, lyapunov: Option<f64>) -> Motion {
+fn describe(path: &Path, stretch: &mut Stretch, lyapunov: Option<f64>) -> Motion {
     let model = path.follower.run().model();
     let amplitude = stretch.amplitude_from(0);
     let period = period_of(model.beam(), &stretch.points, amplitude);
@@ -280,7 +280,7 @@ fn describe(path: &Path, stretch: &Stretch, lyapunov: Option<f64>) -> Motion {
         stick_fraction: stretch.stick_fraction(),
         lyapunov,
         status,
-        section: stretch.points.clone(),
+        section: std::mem::take(&mut stretch.points),
         duration,
         end,
     }
