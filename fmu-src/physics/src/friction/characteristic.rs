@@ -31,7 +31,7 @@ mod tests {
         for law in laws() {
             let characteristic = law.characteristic(80.0).unwrap();
             let speeds = std::array::from_fn(|i| 0.013 * i as f64);
-            let (force, _) = characteristic.at(&speeds);
+            let (force, ..) = characteristic.at(&speeds);
             for (u, p) in speeds.iter().zip(force) {
                 assert_relative_eq!(p, 80.0 * law.coefficient(*u), max_relative = 1e-14);
             }

@@ -4,6 +4,7 @@ use super::Section;
 use super::follow::{Crossing, Features, Follower};
 use crate::contact::ContactMode;
 use crate::error::PhysicsError;
+use crate::integrate::collocation::LANES;
 
 /// Samples for the spectrum: twice as many are thinned to these by dropping every second.
 const SAMPLES: usize = 8192;
@@ -79,14 +80,24 @@ impl Stretch {
     }
 
     fn sample(&mut self, follower: &mut Follower) {
-        let next = |s: &Self| s.from + s.samples.len() as f64 * s.interval;
-        if next(self) >= self.to {
+        let next = |s: &Self, more: usize| s.from + (s.samples.len() + more) as f64 * s.interval;
+        if next(self, 0) >= self.to {
             return;
         }
         let curve = follower.displacement_curve();
-        while next(self) < self.to {
+        loop {
+            let mut theta = [0.0; LANES];
+            let mut count = 0;
+            while count < LANES && next(self, count) < self.to {
+                theta[count] = follower.run().theta(next(self, count));
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            let room = 2 * SAMPLES - self.samples.len();
             self.samples
-                .push(curve.value(follower.run().theta(next(self))));
+                .extend(&curve.values(&theta)[..count.min(room)]);
             if self.samples.len() == 2 * SAMPLES {
                 let mut keep = false;
                 self.samples.retain(|_| {

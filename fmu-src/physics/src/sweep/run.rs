@@ -4,7 +4,7 @@
 
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;
-use crate::integrate::collocation::{self, Chebyshev, TERMS};
+use crate::integrate::collocation::{self, Chebyshev, LANES};
 use crate::integrate::series::{Series, stays_positive};
 use crate::integrate::{MAX_STATES, State, roots};
 use crate::model::Model;
@@ -14,9 +14,6 @@ use crate::simulate::{Simulation, Start, StartContact};
 /// Pieces after which progress is judged, and the least progress in s over them.
 const PATIENCE: u32 = 2_000;
 const LEAST_PROGRESS: f64 = 2e-4;
-
-/// Share of a displacement below which the last terms of its series are left out.
-const NEGLIGIBLE: f64 = 1e-13;
 
 /// A run of which every piece can be looked into.
 #[derive(Clone)]
@@ -32,8 +29,8 @@ pub struct Run {
 pub enum Curve {
     /// Coefficients power by power, and the degree.
     Powers(Series, usize),
-    /// Coefficients of Chebyshev polynomials, and how many count.
-    Chebyshev(Chebyshev, usize),
+    /// Coefficients of Chebyshev polynomials.
+    Chebyshev(Chebyshev),
     /// Value at theta = 0, and slope.
     Straight(f64, f64),
 }
@@ -43,8 +40,16 @@ impl Curve {
     pub fn value(&self, theta: f64) -> f64 {
         match self {
             Self::Powers(c, degree) => roots::value(&c[..=*degree], theta),
-            Self::Chebyshev(c, used) => collocation::value(&c[..*used], theta),
+            Self::Chebyshev(c) => collocation::value(c, theta),
             Self::Straight(value, slope) => value + slope * theta,
+        }
+    }
+
+    /// Values at several places.
+    pub fn values(&self, theta: &[f64; LANES]) -> [f64; LANES] {
+        match self {
+            Self::Chebyshev(c) => collocation::values(c, theta),
+            _ => theta.map(|theta| self.value(theta)),
         }
     }
 
@@ -52,7 +57,7 @@ impl Curve {
     pub fn turn(&mut self) {
         match self {
             Self::Powers(c, _) => c.iter_mut().for_each(|a| *a = -*a),
-            Self::Chebyshev(c, _) => c.iter_mut().for_each(|a| *a = -*a),
+            Self::Chebyshev(c) => c.iter_mut().for_each(|a| *a = -*a),
             Self::Straight(value, slope) => (*value, *slope) = (-*value, -*slope),
         }
     }
@@ -61,7 +66,7 @@ impl Curve {
     pub fn stays_positive(&self, reach: f64) -> bool {
         match self {
             Self::Powers(c, degree) => stays_positive(&c[..=(*degree).max(2)], reach),
-            Self::Chebyshev(c, _) => c[0] >= collocation::spread(c),
+            Self::Chebyshev(c) => c[0] >= collocation::spread(c),
             Self::Straight(value, slope) => value.min(value + slope * reach) >= 0.0,
         }
     }
@@ -70,7 +75,7 @@ impl Curve {
     pub fn first_below_zero(&self, low: f64, reach: f64) -> Option<f64> {
         match self {
             Self::Powers(c, degree) => roots::first_below_zero(&c[..=*degree], low, reach),
-            Self::Chebyshev(c, _) => {
+            Self::Chebyshev(c) => {
                 collocation::first_below_zero(c, low).filter(|theta| *theta <= reach)
             }
             Self::Straight(value, slope) => roots::first_below_zero(&[*value, *slope], low, reach),
@@ -241,12 +246,7 @@ impl Run {
     /// Whether the tip's velocity certainly keeps the sign that is given, as far as is told at once.
     pub fn keeps_direction(&self, rising: bool) -> bool {
         self.collocated.as_ref().is_some_and(|run| {
-            if run.piece().mode == ContactMode::Stuck {
-                return false;
-            }
-            let c = run.piece().velocity();
-            let mean = if rising { c[0] } else { -c[0] };
-            mean >= collocation::spread(c)
+            run.piece().mode != ContactMode::Stuck && run.piece().keeps_direction(rising)
         })
     }
 
@@ -257,7 +257,7 @@ impl Run {
             let curve = if piece.mode == ContactMode::Stuck {
                 Curve::Straight(run.model().inputs.belt_velocity, 0.0)
             } else {
-                Curve::Chebyshev(*piece.velocity(), TERMS)
+                Curve::Chebyshev(piece.velocity())
             };
             return (curve, piece.theta(piece.end));
         }
@@ -276,9 +276,7 @@ impl Run {
                 // Stick follows the belt.
                 Curve::Straight(start, run.model().inputs.belt_velocity * piece.length)
             } else {
-                let c = piece.displacement(start);
-                let used = collocation::terms(&c, NEGLIGIBLE * c[0].abs());
-                Curve::Chebyshev(c, used)
+                Curve::Chebyshev(piece.displacement(start))
             };
         }
         self.general.ready_piece();

@@ -32,7 +32,7 @@ impl Characteristic {
 
     /// The tangent at a speed in m/s.
     pub fn tangent(&self, speed: f64) -> Tangent {
-        let (force, slope) = self.at(&[speed; NODES]);
+        let (force, slope, _) = self.at(&[speed; NODES]);
         Tangent {
             speed,
             force: force[0],
@@ -40,10 +40,28 @@ impl Characteristic {
         }
     }
 
-    /// Force in N and its slope in N s/m.
+    /// A bound of the third derivative in N s^3/m^3.
+    ///
+    /// That of `exp(-r u)` is less than 2 r^3 for u > -0.5/r, and that of `exp(-r u^2)` less than 5 r^1.5.
+    pub fn third(&self) -> f64 {
+        let [a, b, both] = self.weight;
+        let [x, y] = self.rate;
+        let of = |weight: f64, rate: f64| {
+            let rate = rate.abs();
+            weight.abs()
+                * if self.squared {
+                    5.0 * rate * rate.sqrt()
+                } else {
+                    rate * rate * rate
+                }
+        };
+        of(a, x) + of(b, y) + of(both, x + y)
+    }
+
+    /// Force in N, its slope in N s/m, and half its second derivative in N s^2/m^2.
     #[inline(always)]
-    pub fn at(&self, u: &Nodes) -> (Nodes, Nodes) {
-        let (mut force, mut slope) = ([0.0; NODES], [0.0; NODES]);
+    pub fn at(&self, u: &Nodes) -> (Nodes, Nodes, Nodes) {
+        let (mut force, mut slope, mut half_bend) = ([0.0; NODES], [0.0; NODES], [0.0; NODES]);
         let (mut first, mut second) = ([0.0; NODES], [0.0; NODES]);
         let mut inner = [1.0; NODES];
         for i in 0..NODES {
@@ -55,14 +73,19 @@ impl Characteristic {
             second[i] = exponential(-self.rate[1] * a);
         }
         let [a, b, both] = self.weight;
+        let r = [self.rate[0], self.rate[1], self.rate[0] + self.rate[1]];
+        let outer = if self.squared { 1.0 } else { 0.0 };
         for i in 0..NODES {
             let (x, y) = (first[i], second[i]);
             let (x, y, xy) = (a * x, b * y, both * (x * y));
             force[i] = self.linear.mul_add(u[i], self.constant) + (x + y + xy);
-            let bend = self.rate[0] * (x + xy) + self.rate[1] * (y + xy);
-            slope[i] = self.linear - inner[i] * bend;
+            // By a, and twice by a.
+            let once = r[0] * x + r[1] * y + r[2] * xy;
+            let twice = r[0] * (r[0] * x) + r[1] * (r[1] * y) + r[2] * (r[2] * xy);
+            slope[i] = self.linear - inner[i] * once;
+            half_bend[i] = 0.5 * inner[i] * inner[i] * twice - outer * once;
         }
-        (force, slope)
+        (force, slope, half_bend)
     }
 }
 
@@ -127,10 +150,14 @@ mod tests {
                 squared,
             };
             let at = |h: f64| law.at(&std::array::from_fn(|i| 0.05 * i as f64 + h));
-            let (slope, low, high) = (at(0.0).1, at(-1e-5).0, at(1e-5).0);
+            let ((_, slope, bend), low, high) = (at(0.0), at(-1e-5), at(1e-5));
             for i in 0..NODES {
-                let difference = (high[i] - low[i]) / 2e-5;
+                let difference = (high.0[i] - low.0[i]) / 2e-5;
                 assert_relative_eq!(slope[i], difference, max_relative = 1e-7);
+                let difference = (high.1[i] - low.1[i]) / 4e-5;
+                assert_relative_eq!(bend[i], difference, max_relative = 1e-7);
+                let third = (high.2[i] - low.2[i]) / 1e-5;
+                assert!(third.abs() <= law.third(), "{third}");
             }
         }
     }

@@ -9,8 +9,6 @@ pub type Chebyshev = [f64; TERMS];
 
 /// Halvings after which a touch without a sign change counts as no crossing.
 const MAX_DEPTH: u32 = 48;
-/// Share of a series below which its last terms do not matter for where it vanishes.
-const ROUNDING: f64 = 1e-15;
 /// Newton step, in half intervals, after which the next would be below rounding.
 const LAST_STEP: f64 = 1e-8;
 
@@ -85,65 +83,135 @@ pub fn from_values(values: &Chebyshev) -> Chebyshev {
     out
 }
 
-/// Value at `theta`, by Clenshaw's rule.
-#[inline]
-pub fn value(c: &[f64], theta: f64) -> f64 {
+/// Terms that are summed side by side, so that none waits long for the one before.
+const GROUP: usize = 4;
+/// Terms of a sum without a recurrence that are summed side by side, and places at which a series is evaluated at once.
+pub const LANES: usize = 8;
+
+/// Value at `theta`.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
+pub fn value(c: &Chebyshev, theta: f64) -> f64 {
     at(c, 2.0 * theta - 1.0)
 }
 
-#[inline]
-fn at(c: &[f64], x: f64) -> f64 {
-    // What does not wait for the term before is summed first.
-    let (mut b, mut before, twice) = (0.0, 0.0, 2.0 * x);
-    for a in c[1..].iter().rev() {
-        (b, before) = (twice * b + (a - before), b);
+/// Values at eight places at once, by Clenshaw's rule.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
+pub fn values(c: &Chebyshev, theta: &[f64; LANES]) -> [f64; LANES] {
+    let x = theta.map(|theta| 2.0 * theta - 1.0);
+    let (mut b, mut before) = ([0.0; LANES], [0.0; LANES]);
+    for c in c[1..].iter().rev() {
+        for i in 0..LANES {
+            let next = (2.0 * x[i]).mul_add(b[i], c - before[i]);
+            (b[i], before[i]) = (next, b[i]);
+        }
     }
-    x * b - before + c[0]
+    for i in 0..LANES {
+        b[i] = x[i].mul_add(b[i], c[0] - before[i]);
+    }
+    b
 }
 
-/// All T_k at `theta`.
+/// T_0 to T_7, and T_8.
+#[inline(always)]
+fn first_polynomials(x: f64) -> ([f64; LANES], f64) {
+    let next = |a: f64, b: f64, c: f64| (2.0 * a).mul_add(b, -c);
+    let t2 = next(x, x, 1.0);
+    let t3 = next(x, t2, x);
+    let t4 = next(t2, t2, 1.0);
+    let (t5, t6, t7) = (next(t2, t3, x), next(t3, t3, 1.0), next(t3, t4, x));
+    ([1.0, x, t2, t3, t4, t5, t6, t7], next(t4, t4, 1.0))
+}
+
+/// Clenshaw's rule in strides of [`GROUP`]: `T_(k+4) = 2 T_4 T_k - T_|k-4|`.
+#[inline(always)]
+fn at(c: &Chebyshev, x: f64) -> f64 {
+    let (t, _) = first_polynomials(x);
+    strides(c, &t)
+}
+
+#[inline(always)]
+fn strides(c: &Chebyshev, t: &[f64; LANES]) -> f64 {
+    let twice = 2.0 * t[GROUP];
+    let (mut b, mut before) = ([0.0; GROUP], [0.0; GROUP]);
+    for g in (1..TERMS / GROUP).rev() {
+        for i in 0..GROUP {
+            let next = twice.mul_add(b[i], c[g * GROUP + i] - before[i]);
+            (b[i], before[i]) = (next, b[i]);
+        }
+    }
+    for i in 0..GROUP {
+        b[i] = t[i].mul_add(c[i] - before[i], t[GROUP + i] * b[i]);
+    }
+    (b[0] + b[2]) + (b[1] + b[3])
+}
+
+/// All T_k at `theta`: `T_(k+8) = 2 T_8 T_k - T_|k-8|`.
 #[inline(always)]
 pub(super) fn polynomials(theta: f64) -> Chebyshev {
-    let x = 2.0 * theta - 1.0;
-    let mut t = [1.0; TERMS];
-    t[1] = x;
-    for k in 2..TERMS {
-        t[k] = 2.0 * x * t[k - 1] - t[k - 2];
+    let (first, eighth) = first_polynomials(2.0 * theta - 1.0);
+    let mut t = [0.0; TERMS];
+    let twice = 2.0 * eighth;
+    for i in 0..LANES {
+        t[i] = first[i];
+        let mirrored = if i == 0 { eighth } else { first[LANES - i] };
+        t[LANES + i] = twice.mul_add(first[i], -mirrored);
+    }
+    for i in 0..LANES {
+        t[2 * LANES + i] = twice.mul_add(t[LANES + i], -t[i]);
     }
     t
 }
 
-/// Values of two series of the same length.
-#[inline]
-fn both(a: &[f64], b: &[f64], x: f64) -> [f64; 2] {
-    let (mut f, mut g, twice) = ((0.0, 0.0), (0.0, 0.0), 2.0 * x);
-    for (a, b) in a[1..].iter().zip(&b[1..]).rev() {
-        f = (twice * f.0 + (a - f.1), f.0);
-        g = (twice * g.0 + (b - g.1), g.0);
+/// Sum of the products of two lists.
+#[inline(always)]
+pub(super) fn dot(a: &Chebyshev, b: &Chebyshev) -> f64 {
+    let mut sums = [0.0; LANES];
+    for g in 0..TERMS / LANES {
+        for i in 0..LANES {
+            sums[i] = a[g * LANES + i].mul_add(b[g * LANES + i], sums[i]);
+        }
     }
-    [x * f.0 + (a[0] - f.1), x * g.0 + (b[0] - g.1)]
+    total(sums)
 }
 
-/// Derivative by x = 2 theta - 1.
-#[inline]
-pub fn derivative(c: &Chebyshev) -> Chebyshev {
-    let mut d = [0.0; TERMS];
-    for k in (1..TERMS).rev() {
-        let next = if k + 1 < TERMS { d[k + 1] } else { 0.0 };
-        d[k - 1] = next + 2.0 * k as f64 * c[k];
+#[inline(always)]
+fn total(s: [f64; LANES]) -> f64 {
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
+
+/// Derivative by x = 2 theta - 1: `d_(k-1) = d_(k+1) + 2 k c_k`, two at once.
+#[inline(always)]
+fn derivative(c: &Chebyshev) -> Chebyshev {
+    let mut rise = [0.0; TERMS + GROUP];
+    for k in 1..TERMS {
+        rise[k - 1] = (2 * k) as f64 * c[k];
+    }
+    let mut d = [0.0; TERMS + GROUP];
+    for g in (0..TERMS / GROUP).rev() {
+        for i in 0..GROUP {
+            let k = g * GROUP + i;
+            d[k] = d[k + GROUP] + (rise[k] + rise[k + 2]);
+        }
     }
     d[0] *= 0.5;
-    d
+    std::array::from_fn(|k| d[k])
 }
 
-/// Value and derivative by theta at theta = 1: `T_k = 1` and `dT_k/dx = k^2` there.
-pub fn end(c: &Chebyshev) -> (f64, f64) {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for (k, c) in c.iter().enumerate().rev() {
-        value += c;
-        slope += (2 * k * k) as f64 * c;
+/// `2 k^2`, the derivative of T_k by theta at theta = 1.
+const STEEPNESS: Chebyshev = {
+    let mut s = [0.0; TERMS];
+    let mut k = 0;
+    while k < TERMS {
+        s[k] = (2 * k * k) as f64;
+        k += 1;
     }
-    (value, slope)
+    s
+};
+
+/// Value and derivative by theta at theta = 1.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
+pub fn end(c: &Chebyshev) -> (f64, f64) {
+    (dot(c, &[1.0; TERMS]), dot(c, &STEEPNESS))
 }
 
 /// Integral over theta times `length`, `start` at theta = 0.
@@ -156,20 +224,25 @@ pub fn integral(c: &Chebyshev, length: f64, start: f64) -> Chebyshev {
         let next = if k + 1 < TERMS { c[k + 1] } else { 0.0 };
         out[k] = (c[k - 1] - next) * (quarter * RECIPROCAL[k]);
     }
-    let mut first = 0.0;
-    for k in 1..TERMS {
-        first += if k % 2 == 0 { out[k] } else { -out[k] };
+    // At theta = 0, T_k = (-1)^k.
+    let mut sums = [0.0; LANES];
+    for group in out.chunks_exact(LANES) {
+        for i in 0..LANES {
+            sums[i] += group[i];
+        }
     }
-    out[0] = start - first;
+    let [a, b, c, d, e, f, g, h] = sums;
+    out[0] = start - (((a + e) + (c + g)) - ((b + f) + (d + h)));
     out
 }
 
 /// The series divided by theta, up to a constant factor, for one that vanishes at theta = 0 to rounding.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
 pub fn without_first_root(c: &Chebyshev) -> Chebyshev {
     // c = (1 + x) q; (1 + x) T_m = T_m + (T_(m+1) + T_|m-1|)/2, solved from the highest power down.
-    let mut q = [0.0; TERMS + 1];
+    let mut q = [0.0f64; TERMS + 1];
     for m in (2..TERMS).rev() {
-        q[m - 1] = 2.0 * (c[m] - q[m]) - q[m + 1];
+        q[m - 1] = q[m].mul_add(-2.0, 2.0 * c[m] - q[m + 1]);
     }
     q[0] = c[1] - q[1] - 0.5 * q[2];
     std::array::from_fn(|k| q[k])
@@ -198,20 +271,8 @@ fn half(c: &Chebyshev, right: bool) -> Chebyshev {
     even
 }
 
-/// [`half`], for each instruction set.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
-fn halved(c: &Chebyshev, right: bool) -> Chebyshev {
-    half(c, right)
-}
-
-/// How many terms there are up to the last that is larger than `least`; at least 2.
-pub fn terms(c: &Chebyshev, least: f64) -> usize {
-    let small = c.iter().rev().take_while(|a| a.abs() <= least).count();
-    (TERMS - small).max(2)
-}
-
 /// Sum of the magnitudes from term 1 on: as far as the series can be from its mean.
-#[inline]
+#[inline(always)]
 pub fn spread(c: &Chebyshev) -> f64 {
     let mut sums = [0.0; 8];
     for group in c.chunks_exact(8) {
@@ -231,6 +292,7 @@ pub fn first_below_zero(c: &Chebyshev, low: f64) -> Option<f64> {
     search(c, 0.0, 1.0, low, 0)
 }
 
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
 fn search(c: &Chebyshev, from: f64, to: f64, low: f64, depth: u32) -> Option<f64> {
     if to <= low {
         return None;
@@ -243,7 +305,7 @@ fn search(c: &Chebyshev, from: f64, to: f64, low: f64, depth: u32) -> Option<f64
     let slope = derivative(c);
     let middle = 0.5 * (from + to);
     if slope[0].abs() > spread(&slope) {
-        let last: f64 = c.iter().sum();
+        let last = dot(c, &[1.0; TERMS]);
         if !(last < 0.0) {
             return None;
         }
@@ -252,24 +314,23 @@ fn search(c: &Chebyshev, from: f64, to: f64, low: f64, depth: u32) -> Option<f64
         return Some(middle + x * (to - middle));
     }
     if depth == MAX_DEPTH {
-        return (c.iter().sum::<f64>() < 0.0).then_some(to);
+        return (dot(c, &[1.0; TERMS]) < 0.0).then_some(to);
     }
-    let first = search(&halved(c, false), from, middle, low, depth + 1);
+    let first = search(&half(c, false), from, middle, low, depth + 1);
     if first.is_some() {
         return first;
     }
     if middle > low && at(c, 0.0) < 0.0 {
         return Some(middle);
     }
-    search(&halved(c, true), middle, to, low, depth + 1)
+    search(&half(c, true), middle, to, low, depth + 1)
 }
 
 /// The root in [low, 1] of a monotone series that is negative at 1: Newton's method, kept inside by bisection.
+#[inline(always)]
 fn polish(c: &Chebyshev, slope: &Chebyshev, low: f64) -> f64 {
-    let used = terms(c, ROUNDING * spread(c));
-    let (c, slope) = (&c[..used], &slope[..used]);
     let (mut low, mut high) = (low, 1.0);
-    let (f_low, f_high) = (at(c, low), at(c, high));
+    let (f_low, f_high) = (at(c, low), dot(c, &[1.0; TERMS]));
     if f_low <= 0.0 {
         return low;
     }
@@ -278,7 +339,8 @@ fn polish(c: &Chebyshev, slope: &Chebyshev, low: f64) -> f64 {
         if !(x > low && x < high) {
             x = 0.5 * (low + high);
         }
-        let [f, rise] = both(c, slope, x);
+        let (t, _) = first_polynomials(x);
+        let (f, rise) = (strides(c, &t), strides(slope, &t));
         if f > 0.0 {
             low = x;
         } else {
@@ -326,12 +388,12 @@ mod tests {
         let c = series(|t| (3.0 * t).cos() + t);
         for t in [0.0, 0.3, 0.9, 1.0] {
             assert_relative_eq!(
-                value(&halved(&c, false), t),
+                value(&half(&c, false), t),
                 value(&c, 0.5 * t),
                 epsilon = 1e-14
             );
             let right = value(&c, 0.5 + 0.5 * t);
-            assert_relative_eq!(value(&halved(&c, true), t), right, epsilon = 1e-14);
+            assert_relative_eq!(value(&half(&c, true), t), right, epsilon = 1e-14);
         }
     }
 

@@ -13,24 +13,28 @@
 //! polynomial count about twice in digits (superconvergence: Hairer, Norsett, Wanner 1993, sect. II.7; for
 //! the exact linear part: Hochbruck and Ostermann 2005, Appl. Numer. Math. 53:323).
 //!
-//! All loops run over whole lists of nodes, element by element, without fused products: processors with wider
+//! All loops run over whole lists of nodes, element by element: processors with wider
 //! vectors are quicker and find the same digits.
 
 mod characteristic;
 mod chebyshev;
+mod expand;
 mod gauss;
+mod iterate;
+mod nodes;
 mod oscillator;
 mod response;
 mod solve;
 
 pub use characteristic::Characteristic;
 pub use chebyshev::{
-    Chebyshev, end, first_below_zero, from_values, integral, places, spread, terms, value,
+    Chebyshev, LANES, end, first_below_zero, from_values, integral, places, spread, value, values,
     without_first_root,
 };
+pub use expand::expand;
 pub use oscillator::Oscillator;
 pub use response::{LEVELS, Ladder, Response};
-pub use solve::{Begin, Goal, Step, Tangent, expand, solve};
+pub use solve::{Along, Begin, Expected, Goal, Step, Tangent, solve};
 
 /// Nodes of a step.
 pub const NODES: usize = 16;

@@ -1,9 +1,8 @@
 //! What a force does to the structure over a step of one length, worked out once for each structure.
 
-use super::chebyshev::{Chebyshev, from_values, places, polynomials, value};
+use super::chebyshev::{Chebyshev, dot, from_values, places, polynomials};
 use super::gauss::{gauss, rule};
-use super::solve::total;
-use super::{NODES, Nodes, Oscillator, TERMS};
+use super::{NODES, Nodes, Oscillator, TERMS, nodes};
 use crate::integrate::{MAX_STATES, State};
 use nalgebra::SMatrix;
 use std::sync::OnceLock;
@@ -290,12 +289,9 @@ fn state_at(response: &Response, theta: f64, x: &State, sign: f64, capacity: &No
                 parts[node] = term.mul_add(forced[node], parts[node]);
             }
         }
-        for node in 0..NODES {
-            parts[node] *= capacity[node];
-        }
         let first = i - i % 2;
-        let free = [0, 1].map(|from| value(&own[from], theta) * x[first + from]);
-        out[i] = free[0] + free[1] - sign * total(&parts);
+        let free = dot(&own[0], &terms) * x[first] + dot(&own[1], &terms) * x[first + 1];
+        out[i] = free - sign * nodes::dot(&parts, capacity);
     }
     out
 }

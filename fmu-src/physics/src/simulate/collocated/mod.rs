@@ -4,6 +4,7 @@
 //! Covered are models without effects, with constant inputs, a belt that moves, and a law made of exponentials. Events are
 //! those of the event loop, found as rigorously: every step is a polynomial whose first root is isolated.
 
+mod memory;
 mod piece;
 mod slip;
 mod stick;
@@ -14,9 +15,10 @@ mod tests;
 use super::{DEPARTURE_VELOCITY, Simulation};
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;
-use crate::integrate::collocation::{Characteristic, Goal, Tangent};
+use crate::integrate::collocation::{Characteristic, Goal, Step, Tangent};
 use crate::integrate::{MAX_STATES, State};
 use crate::model::Model;
+use memory::Memory;
 use piece::Piece;
 use std::sync::Arc;
 use structure::Structure;
@@ -66,6 +68,9 @@ pub(crate) struct Collocated {
     /// Length of the step that left v_r = 0 last.
     departure_level: usize,
     transition_count: u64,
+    memory: Memory,
+    /// The step that is being made.
+    step: Step,
 }
 
 impl Collocated {
@@ -118,6 +123,8 @@ impl Collocated {
             level: 0,
             departure_level: 0,
             transition_count: run.transition_count(),
+            step: Step::default(),
+            memory: Memory::new(structure.ladder.oscillators()),
             model: model.clone(),
             structure,
             law,

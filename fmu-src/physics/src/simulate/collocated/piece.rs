@@ -3,7 +3,7 @@
 use super::structure::Structure;
 use crate::contact::ContactMode;
 use crate::integrate::State;
-use crate::integrate::collocation::{Chebyshev, NODES, Nodes, TERMS, integral};
+use crate::integrate::collocation::{Chebyshev, NODES, Nodes, TERMS, integral, spread};
 
 /// A piece of motion on [start, end].
 #[derive(Clone)]
@@ -20,8 +20,9 @@ pub(crate) struct Piece {
     pub(crate) state: State,
     level: usize,
     capacity: Nodes,
-    /// Velocity of the tip in m/s in slip.
-    velocity: Chebyshev,
+    /// Sliding speed in m/s in slip, and the belt's velocity.
+    speed: Chebyshev,
+    belt: f64,
 }
 
 impl Piece {
@@ -35,7 +36,8 @@ impl Piece {
             state: *x,
             level: 0,
             capacity: [0.0; NODES],
-            velocity: [0.0; TERMS],
+            speed: [0.0; TERMS],
+            belt: 0.0,
         }
     }
 
@@ -49,13 +51,10 @@ impl Piece {
 
     /// What a step of slip knows: its level, the friction in N at its nodes and the sliding speed.
     pub(super) fn slides(&mut self, level: usize, belt: f64, capacity: &Nodes, speed: &Chebyshev) {
-        let sign = self.mode.sign();
         self.level = level;
+        self.belt = belt;
         self.capacity = *capacity;
-        for (v, c) in self.velocity.iter_mut().zip(speed) {
-            *v = sign * c;
-        }
-        self.velocity[0] += belt;
+        self.speed = *speed;
     }
 
     /// Normalised time of `t` in s.
@@ -76,12 +75,22 @@ impl Piece {
     }
 
     /// Velocity of the tip in m/s over a piece of slip.
-    pub(crate) fn velocity(&self) -> &Chebyshev {
-        &self.velocity
+    pub(crate) fn velocity(&self) -> Chebyshev {
+        let sign = self.mode.sign();
+        let mut out = self.speed.map(|c| sign * c);
+        out[0] += self.belt;
+        out
+    }
+
+    /// Whether the velocity of the tip certainly keeps the sign that is given over a piece of slip, as far as is told at once.
+    pub(crate) fn keeps_direction(&self, rising: bool) -> bool {
+        let mean = self.mode.sign() * self.speed[0] + self.belt;
+        let mean = if rising { mean } else { -mean };
+        mean >= spread(&self.speed)
     }
 
     /// Displacement of the tip in m, from that at the start.
     pub(crate) fn displacement(&self, start: f64) -> Chebyshev {
-        integral(&self.velocity, self.length, start)
+        integral(&self.velocity(), self.length, start)
     }
 }

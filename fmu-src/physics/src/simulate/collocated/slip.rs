@@ -1,36 +1,39 @@
 //! Slip: a step as long as its friction is smooth, ended early where v_r comes back to zero.
 
 use super::Collocated;
-use crate::integrate::MAX_STATES;
 use crate::integrate::collocation::{
-    Begin, Chebyshev, LEVELS, NODES, Step, end, expand, first_below_zero, solve, without_first_root,
+    Begin, Chebyshev, Expected, LEVELS, NODES, TERMS, end, expand, first_below_zero, solve,
+    without_first_root,
 };
+use crate::integrate::{MAX_STATES, State};
 
 impl Collocated {
     /// One step of slip; false where none is short enough to converge.
     pub(super) fn slip(&mut self) -> bool {
         let sign = self.front_mode.sign();
         let (t, x) = (self.front, self.front_state);
-        let mut level = self.first_level();
+        if !self.departed {
+            self.memory.depart(sign, &x);
+        }
+        let mut level = match self.memory.expected() {
+            Some(known) => known.level,
+            None => self.first_level(),
+        };
+        let mut after = [0.0; MAX_STATES];
         loop {
-            let begin = Begin {
-                state: &x,
-                sign,
-                belt: self.belt,
-                law: &self.law,
-                tangent: self.tangent,
-            };
-            let Some(step) = self.solved(&mut level, &begin) else {
+            if !self.solved(&mut level, sign, &x) {
                 return false;
-            };
-            let response = self.structure.ladder.response(level);
-            let mut after = [0.0; MAX_STATES];
-            let speed = expand(response, &begin, &step.capacity, &mut after);
+            }
+            let (step, response) = (&self.step, self.structure.ladder.response(level));
+            let begin = self.begin(sign, &x);
+            let mut speed = [0.0; TERMS];
+            expand(response, &begin, &step.capacity, &mut speed, &mut after);
             // Inside a step its polynomial counts, which is not as good as its end.
             let inner = step.roughness / (8 * NODES) as f64;
             let shorter = level + 1 < LEVELS && inner > 10.0 * self.tolerance * self.scale;
             if shorter && self.comes_near(&speed, sign, inner) {
                 level += 1;
+                self.memory.leave();
                 continue;
             }
             let root = if self.departed {
@@ -43,6 +46,7 @@ impl Collocated {
             if !self.departed {
                 self.departure_level = level;
             }
+            let tangent = self.memory.remember(level, step.along.as_ref());
             let length = response.length;
             self.piece.begin(t, length, &x, self.front_mode);
             self.piece.slides(level, self.belt, &step.capacity, &speed);
@@ -55,7 +59,7 @@ impl Collocated {
                     let (speed, rise) = end(&speed);
                     self.rise = rise / length;
                     self.speed = speed;
-                    self.tangent = step.tangent;
+                    self.tangent = tangent;
                     self.departed = true;
                     let t = self.piece.end;
                     self.go_on(t, after);
@@ -63,6 +67,44 @@ impl Collocated {
             }
             return true;
         }
+    }
+
+    fn begin<'a>(&'a self, sign: f64, x: &'a State) -> Begin<'a> {
+        Begin {
+            state: x,
+            sign,
+            belt: self.belt,
+            law: &self.law,
+        }
+    }
+
+    /// The first step from `level` on that converges and is smooth enough, and its level; false if there is none.
+    fn solved(&mut self, level: &mut usize, sign: f64, x: &State) -> bool {
+        let share = 10.0 * self.tolerance.sqrt();
+        while *level < LEVELS {
+            let expected = match self.memory.expected() {
+                Some(known) => Expected::Known(&known.along),
+                None => Expected::Tangent(self.tangent),
+            };
+            let ladder = &self.structure.ladder;
+            let response = ladder.response(*level);
+            let (step, law, belt) = (&mut self.step, &self.law, self.belt);
+            let begin = Begin {
+                state: x,
+                sign,
+                belt,
+                law,
+            };
+            if solve(ladder, response, &begin, expected, &self.goal, step)
+                && step.roughness <= self.goal.roughness.min(share * step.fastest)
+            {
+                return true;
+            }
+            // Another slip's steps do not help any more.
+            self.memory.leave();
+            *level += 1;
+        }
+        false
     }
 
     /// Whether an error of `inner` in m/s could hide or feign an arrival, or a turning point of the tip.
@@ -88,22 +130,6 @@ impl Collocated {
     /// How much faster in m/s the contact slides at the front than at a turning point.
     fn begin_gap(&self, sign: f64) -> f64 {
         self.speed + sign * self.belt
-    }
-
-    /// The first step from `level` on that converges and is smooth enough; the level found.
-    fn solved(&self, level: &mut usize, begin: &Begin) -> Option<Step> {
-        let ladder = &self.structure.ladder;
-        let share = 10.0 * self.tolerance.sqrt();
-        while *level < LEVELS {
-            let step = solve(ladder, ladder.response(*level), begin, &self.goal);
-            if let Some(step) = step
-                && step.roughness <= self.goal.roughness.min(share * step.fastest)
-            {
-                return Some(step);
-            }
-            *level += 1;
-        }
-        None
     }
 
     /// The level to try first: that of the last departure, or one longer than the last, unless the slip is about to end.

@@ -231,6 +231,32 @@ fn models_that_are_not_covered_are_left_to_the_event_loop() {
     assert!(!covered(printed, inputs, 1e-10));
 }
 
+// Source: the event loop with Taylor series at tolerance 1e-13. The motion settles on period one, so that late slips follow
+// earlier ones and need no exponential of their own.
+#[test]
+fn val_slips_that_follow_others_are_as_exact() {
+    let inputs = Inputs::constant(0.0963, 100.0);
+    let (parameters, start, until) = (ModelParameters::default(), Start::default(), 4.0);
+    let mut exact = Simulation::new(&parameters, inputs, &start, 1e-13).unwrap();
+    exact.record_transitions();
+    exact.advance_to(until).unwrap();
+    let run = Simulation::new(&parameters, inputs, &start, DEFAULT_TOLERANCE).unwrap();
+    let mut run = Collocated::take_over(&run).unwrap();
+    let mut found = Vec::new();
+    while run.front().0 < until {
+        assert!(run.next_piece().unwrap());
+        found.extend(run.piece_transition());
+    }
+    found.retain(|t| t.time < until);
+    assert_eq!(found.len(), exact.transitions().len());
+    for (mine, other) in found.iter().zip(exact.transitions()) {
+        let late = (mine.time - other.time).abs();
+        assert!(late < 1e-10, "{late:e} s at {} s", other.time);
+    }
+    let (slips, remembered) = (found.len() / 2, run.memory.remembered());
+    assert!(remembered < slips / 2 + 20, "{remembered} of {slips}");
+}
+
 // Source: classical Runge-Kutta in 200 000 steps. The motion is so fast at first that the fast exponential of friction, e^-80, is
 // not there for a Taylor series of degree 20, and slow in the end, where it is all that counts. The event loop was 9e-7 m/s off
 // before its steps were shortened for that.

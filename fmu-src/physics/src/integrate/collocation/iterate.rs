@@ -1,0 +1,214 @@
+//! The iteration that solves a step: fixed points about the linearised step.
+
+use super::gauss::gauss;
+use super::nodes::{distance, dot, largest, product};
+use super::response::{Ladder, Linearised, Response};
+use super::{Along, Begin, Characteristic, Goal, NODES, Nodes, Step};
+
+/// Iterations after which a step is too long.
+const MAX_ITERATIONS: usize = 12;
+/// Iterations after which each must bring the speeds nearer.
+const SETTLED: usize = 5;
+/// Least rate of convergence that is believed: the first iterations may come close by accident.
+const LEAST_RATE: f64 = 0.05;
+/// Most iterations about a step solved before, and how far from it they are tried, as a share of the speed over which the
+/// characteristic changes most.
+const MAX_NEAR: usize = 6;
+const NEAR: f64 = 0.5;
+/// Times too rough, from which on a step is given up before it has converged.
+const HOPELESS: f64 = 100.0;
+
+/// A step, and where its iteration stands.
+pub(super) struct Iteration<'a> {
+    response: &'a Response,
+    law: &'a Characteristic,
+    goal: &'a Goal,
+    mobility: f64,
+    /// Change of speed over the step per constant force, in m/s per N.
+    unit: f64,
+    /// Sliding speed in m/s at the nodes without friction.
+    free: Nodes,
+    /// The linearised step, and its speeds in m/s without what the characteristic differs from its slopes.
+    linear: &'a Linearised,
+    base: Nodes,
+    /// Sliding speed in m/s at the nodes.
+    u: Nodes,
+    /// Its last change in m/s, and the rate at which changes shrink.
+    change: f64,
+    rate: f64,
+}
+
+impl<'a> Iteration<'a> {
+    /// Starts from the linearised step with these slopes at the first and the last node, and these forces at these speeds.
+    #[inline(always)]
+    pub(super) fn start(
+        (ladder, response): (&Ladder, &'a Response),
+        begin: &Begin<'a>,
+        goal: &'a Goal,
+        [first, last]: [f64; 2],
+        (force, speed): (&Nodes, &Nodes),
+    ) -> Self {
+        let (free, mobility) = (free_speed(response, begin), ladder.mobility());
+        let linear = response.linearised(first, last, mobility);
+        let base = product(&linear.inverse, &free);
+        let u = corrected(linear, &base, force, speed);
+        Self {
+            response,
+            law: begin.law,
+            goal,
+            mobility,
+            unit: mobility * response.length,
+            free,
+            linear,
+            base,
+            u,
+            change: distance(&u, speed),
+            rate: 1.0,
+        }
+    }
+
+    /// Whether the contact slides the other way by more than is allowed.
+    #[inline(always)]
+    pub(super) fn runs_over(&self) -> bool {
+        !(largest(&self.u.map(|u| -u)) < self.goal.overshoot)
+    }
+
+    /// Iterates with the characteristic's Taylor polynomial of degree 2 about the speeds of a step solved before, up to what
+    /// it leaves out, `|p'''| |u - u_known|^3 / 6`; true where that does not matter and the step is solved.
+    #[inline(always)]
+    pub(super) fn about(&mut self, known: &Along, step: &mut Step) -> bool {
+        let third = self.law.third() * self.unit / 6.0;
+        let mut apart = self.change;
+        if !(apart < NEAR * self.law.scale()) {
+            return false;
+        }
+        for _ in 0..MAX_NEAR {
+            let mut force = known.force;
+            for i in 0..NODES {
+                let e = self.u[i] - known.speed[i];
+                force[i] = e.mul_add(e.mul_add(known.half_bend[i], known.slope[i]), force[i]);
+            }
+            let before = self.change;
+            self.go_on(&force);
+            if !(self.change < before) {
+                return false;
+            }
+            self.rate = (self.change / before).max(LEAST_RATE);
+            let left_out = third * apart * apart * apart;
+            apart += self.change;
+            if self.change * self.rate < left_out {
+                return false;
+            }
+            if self.is_done(&force, step) {
+                step.along = None;
+                return left_out < self.goal.speed;
+            }
+        }
+        false
+    }
+
+    /// Iterates with the characteristic itself; true where the step is solved. A step of which little is known may be given
+    /// up early, and has its slopes chosen anew.
+    #[inline(always)]
+    pub(super) fn iterate(&mut self, is_new: bool, step: &mut Step) -> bool {
+        for iteration in 0..MAX_ITERATIONS {
+            let (force, slope, half_bend) = self.law.at(&self.u);
+            if is_new {
+                // Far from rest the first speeds tell already how rough the step will be.
+                if iteration == 1 && roughness(&force) * self.unit > HOPELESS * self.goal.roughness
+                {
+                    return false;
+                }
+                if iteration == 1 || iteration == 2 {
+                    self.choose(slope[0], slope[NODES - 1]);
+                }
+            }
+            let (speed, before) = (self.u, self.change);
+            self.go_on(&force);
+            let shrinks = self.change < 0.5 * before || iteration < SETTLED;
+            if !(shrinks && self.change.is_finite()) {
+                return false;
+            }
+            // The change before the first was another kind of step.
+            if iteration > 0 {
+                self.rate = (self.change / before).max(LEAST_RATE);
+            }
+            if self.is_done(&force, step) {
+                step.along = Some(Along {
+                    speed,
+                    force,
+                    slope,
+                    half_bend,
+                });
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes the linearised step for these slopes.
+    #[inline(always)]
+    fn choose(&mut self, first: f64, last: f64) {
+        let nearer = self.response.linearised(first, last, self.mobility);
+        if !std::ptr::eq(nearer, self.linear) {
+            self.linear = nearer;
+            self.base = product(&nearer.inverse, &self.free);
+        }
+    }
+
+    /// The next speeds, from the forces at the present ones.
+    #[inline(always)]
+    fn go_on(&mut self, force: &Nodes) {
+        let next = corrected(self.linear, &self.base, force, &self.u);
+        self.change = distance(&next, &self.u);
+        self.u = next;
+    }
+
+    /// Whether the speeds are as good as wanted. The forces belong to those before, whose error was the last change; the step
+    /// takes off as much again.
+    #[inline(always)]
+    fn is_done(&self, force: &Nodes, step: &mut Step) -> bool {
+        let error = self.change * self.rate;
+        if !(error < self.goal.speed) {
+            return false;
+        }
+        step.fastest = largest(&self.u.map(f64::abs));
+        step.capacity = *force;
+        step.roughness = roughness(force) * self.unit;
+        error < self.goal.share * step.fastest
+    }
+}
+
+/// The speeds of the linearised step where the forces at speeds `u` are given.
+#[inline(always)]
+fn corrected(linear: &Linearised, base: &Nodes, force: &Nodes, u: &Nodes) -> Nodes {
+    let mut rest = *force;
+    for i in 0..NODES {
+        rest[i] = (-linear.slopes[i]).mul_add(u[i], rest[i]);
+    }
+    let mut next = product(&linear.response, &rest);
+    for i in 0..NODES {
+        next[i] = base[i] - next[i];
+    }
+    next
+}
+
+/// Sliding speed at the nodes without friction.
+#[inline(always)]
+fn free_speed(response: &Response, begin: &Begin) -> Nodes {
+    let mut free = [-begin.sign * begin.belt; NODES];
+    for (column, x) in response.free.iter().zip(begin.state) {
+        let x = begin.sign * x;
+        for i in 0..NODES {
+            free[i] = column[i].mul_add(x, free[i]);
+        }
+    }
+    free
+}
+
+#[inline(always)]
+fn roughness(force: &Nodes) -> f64 {
+    let [a, b] = &gauss().tail;
+    let (a, b) = (dot(a, force).abs(), dot(b, force).abs());
+    if a > b { a } else { b }
+}
