@@ -63,6 +63,32 @@ fn val_the_exponent_of_a_period_one_motion_is_that_of_its_multiplier() {
     }
 }
 
+// Source: two motions through their own transitions, which is how exponents of models with effects are found. An effect that
+// does nothing here makes the model one of those.
+#[test]
+fn val_exponents_by_variation_are_those_of_a_second_motion() {
+    let exponent = |set: &[(&str, f64)], cycles| {
+        let rule = Rule {
+            cycles,
+            patience: 0,
+            ..Rule::default()
+        };
+        let motion = evaluate(&subject(set), &rule, &StartRule::Fixed, None).unwrap();
+        motion.lyapunov.unwrap()
+    };
+    // Two motions of period five, and an irregular one, of which no two runs are the same for long.
+    for (velocity, cycles, allowed) in [(0.1045, 200, 0.1), (0.1088, 200, 0.1), (0.112, 6000, 0.5)]
+    {
+        let given = ("belt_velocity", velocity);
+        let alone = exponent(&[given], cycles);
+        let other = exponent(&[given, ("cubic_stiffness.coefficient", 1e-3)], cycles);
+        assert!(
+            (alone - other).abs() < allowed,
+            "{alone} and {other} /s at {velocity} m/s"
+        );
+    }
+}
+
 // Source: the decay of a disturbance, measured over 60 returns of a direct simulation.
 #[test]
 fn val_the_largest_multiplier_is_the_measured_decay() {

@@ -114,6 +114,11 @@ impl Follower {
         &self.run
     }
 
+    /// The run, to carry a difference along.
+    pub fn run_mut(&mut self) -> &mut Run {
+        &mut self.run
+    }
+
     /// Tip displacement in m.
     pub fn displacement(&self, x: &State) -> f64 {
         dot(&self.displacement_row, x)

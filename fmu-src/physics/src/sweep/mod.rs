@@ -5,6 +5,7 @@
 
 mod batch;
 mod companion;
+mod exponent;
 mod follow;
 mod measure;
 pub mod orbit;

@@ -1,6 +1,6 @@
 //! One point: from its start to the numbers that describe its motion.
 
-use super::companion::Companion;
+use super::exponent::Exponent;
 use super::follow::{Crossing, Features, Follower};
 use super::measure::Stretch;
 use super::period::period_of;
@@ -130,14 +130,14 @@ pub fn evaluate(
         if amplitude < path.least {
             return Ok(rest(&path));
         }
-        let mut companion = rule
+        let mut exponent = rule
             .lyapunov
-            .then(|| Companion::new(&path.follower, amplitude, tolerance));
-        match path.stretch(rule, rule.cycles, true, companion.as_mut())? {
+            .then(|| Exponent::new(&mut path.follower, amplitude, tolerance));
+        match path.stretch(rule, rule.cycles, true, exponent.as_mut())? {
             Some(next) => stretch = next,
             None => return Ok(rest(&path)),
         }
-        let lyapunov = companion.as_ref().and_then(Companion::exponent);
+        let lyapunov = exponent.as_ref().and_then(Exponent::value);
         let motion = describe(&path, &mut stretch, lyapunov);
         let settling = motion.status == Status::Settling;
         if !settling || round == rule.patience {
@@ -187,7 +187,7 @@ impl Path {
         rule: &Rule,
         peaks: usize,
         sampled: bool,
-        mut companion: Option<&mut Companion>,
+        mut exponent: Option<&mut Exponent>,
     ) -> Result<Option<Stretch>, PhysicsError> {
         let mut stretch = Stretch::new(&self.follower, rule.section, sampled);
         let mut seen = stretch.to;
@@ -200,11 +200,9 @@ impl Path {
                 continue;
             }
             seen = stretch.to;
-            if let Some(companion) = companion.as_deref_mut() {
+            if let Some(exponent) = exponent.as_deref_mut() {
                 let mode = self.follower.run().contact_mode();
-                for peak in &self.features.peaks {
-                    companion.meet(&self.follower, peak, mode)?;
-                }
+                exponent.meet(&mut self.follower, &self.features.peaks, mode)?;
             }
         }
         Ok(Some(stretch))

@@ -284,6 +284,29 @@ impl Run {
         Curve::Powers(piece.combine(row, &[]), piece.degree)
     }
 
+    /// Carries a small difference along with the motion from the end of the present piece on; false where it can't.
+    pub fn vary(&mut self, difference: &State) -> bool {
+        match &mut self.collocated {
+            Some(run) => {
+                run.vary(difference);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The difference that is carried along, at time `t` in s within the present piece.
+    pub fn difference_at(&self, t: f64) -> Option<State> {
+        self.collocated.as_ref()?.difference_at(t)
+    }
+
+    /// Takes a lead in s of the whole motion out of the difference from the end of the present piece on, and multiplies it.
+    pub fn renew_difference(&mut self, lead: f64, factor: f64) {
+        if let Some(run) = &mut self.collocated {
+            run.renew_difference(lead, factor);
+        }
+    }
+
     /// Present time in s: the start of a run, then the start of its piece.
     pub fn time(&self) -> f64 {
         match &self.collocated {

@@ -48,10 +48,21 @@ pub(super) fn expand_in_any(
     for k in 0..TERMS {
         speed[k] = even[k] + odd[k];
     }
+    end_states(response, x, sign, capacity, end);
+}
+
+/// The states at the end of a step from `x` with the forces `-sign capacity` at the nodes.
+#[inline(always)]
+pub(super) fn end_states(
+    response: &Response,
+    x: &State,
+    sign: f64,
+    capacity: &Nodes,
+    end: &mut State,
+) {
     for (j, own) in response.end.iter().enumerate() {
         for what in 0..2 {
-            let row = &response.forced_end[2 * j + what];
-            let forced = sign * dot(row, capacity);
+            let forced = sign * dot(&response.forced_end[2 * j + what], capacity);
             end[2 * j + what] = own[0][what] * x[2 * j] + own[1][what] * x[2 * j + 1] - forced;
         }
     }

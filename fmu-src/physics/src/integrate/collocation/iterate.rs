@@ -4,6 +4,7 @@ use super::gauss::gauss;
 use super::nodes::{distance, dot, largest, product};
 use super::response::{Ladder, Linearised, Response};
 use super::{Along, Begin, Characteristic, Goal, NODES, Nodes, Step};
+use crate::integrate::State;
 
 /// Iterations after which a step is too long.
 const MAX_ITERATIONS: usize = 12;
@@ -48,7 +49,8 @@ impl<'a> Iteration<'a> {
         [first, last]: [f64; 2],
         (force, speed): (&Nodes, &Nodes),
     ) -> Self {
-        let (free, mobility) = (free_speed(response, begin), ladder.mobility());
+        let free = free_speed(response, begin.state, begin.sign, begin.belt);
+        let mobility = ladder.mobility();
         let linear = response.linearised(first, last, mobility);
         let base = product(&linear.inverse, &free);
         let u = corrected(linear, &base, force, speed);
@@ -83,10 +85,12 @@ impl<'a> Iteration<'a> {
             return false;
         }
         for _ in 0..MAX_NEAR {
-            let mut force = known.force;
+            let (mut force, mut slope) = (known.force, known.slope);
             for i in 0..NODES {
                 let e = self.u[i] - known.speed[i];
-                force[i] = e.mul_add(e.mul_add(known.half_bend[i], known.slope[i]), force[i]);
+                let rise = e * known.half_bend[i];
+                force[i] = e.mul_add(slope[i] + rise, force[i]);
+                slope[i] += 2.0 * rise;
             }
             let before = self.change;
             self.go_on(&force);
@@ -100,6 +104,7 @@ impl<'a> Iteration<'a> {
                 return false;
             }
             if self.is_done(&force, step) {
+                step.slope = slope;
                 step.along = None;
                 return left_out < self.goal.speed;
             }
@@ -134,6 +139,7 @@ impl<'a> Iteration<'a> {
                 self.rate = (self.change / before).max(LEAST_RATE);
             }
             if self.is_done(&force, step) {
+                step.slope = slope;
                 step.along = Some(Along {
                     speed,
                     force,
@@ -181,7 +187,7 @@ impl<'a> Iteration<'a> {
 
 /// The speeds of the linearised step where the forces at speeds `u` are given.
 #[inline(always)]
-fn corrected(linear: &Linearised, base: &Nodes, force: &Nodes, u: &Nodes) -> Nodes {
+pub(super) fn corrected(linear: &Linearised, base: &Nodes, force: &Nodes, u: &Nodes) -> Nodes {
     let mut rest = *force;
     for i in 0..NODES {
         rest[i] = (-linear.slopes[i]).mul_add(u[i], rest[i]);
@@ -195,10 +201,10 @@ fn corrected(linear: &Linearised, base: &Nodes, force: &Nodes, u: &Nodes) -> Nod
 
 /// Sliding speed at the nodes without friction.
 #[inline(always)]
-fn free_speed(response: &Response, begin: &Begin) -> Nodes {
-    let mut free = [-begin.sign * begin.belt; NODES];
-    for (column, x) in response.free.iter().zip(begin.state) {
-        let x = begin.sign * x;
+pub(super) fn free_speed(response: &Response, state: &State, sign: f64, belt: f64) -> Nodes {
+    let mut free = [-sign * belt; NODES];
+    for (column, x) in response.free.iter().zip(state) {
+        let x = sign * x;
         for i in 0..NODES {
             free[i] = column[i].mul_add(x, free[i]);
         }

@@ -25,6 +25,7 @@ mod nodes;
 mod oscillator;
 mod response;
 mod solve;
+mod vary;
 
 pub use characteristic::Characteristic;
 pub use chebyshev::{
@@ -35,6 +36,7 @@ pub use expand::expand;
 pub use oscillator::Oscillator;
 pub use response::{LEVELS, Ladder, Response};
 pub use solve::{Along, Begin, Expected, Goal, Step, Tangent, solve};
+pub use vary::vary;
 
 /// Nodes of a step.
 pub const NODES: usize = 16;

@@ -80,6 +80,8 @@ pub enum Expected<'a> {
 pub struct Step {
     /// Force p in N at the nodes.
     pub capacity: Nodes,
+    /// Slope p' in N s/m at the nodes.
+    pub slope: Nodes,
     /// The characteristic at the nodes, where it was worked out, and not taken from a step that was solved before.
     pub along: Option<Along>,
     /// Largest sliding speed in m/s at the nodes.

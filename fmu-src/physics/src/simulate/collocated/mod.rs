@@ -11,6 +11,7 @@ mod stick;
 mod structure;
 #[cfg(test)]
 mod tests;
+mod variation;
 
 use super::{DEPARTURE_VELOCITY, Simulation};
 use crate::contact::{ContactMode, Transition};
@@ -22,6 +23,7 @@ use memory::Memory;
 use piece::Piece;
 use std::sync::Arc;
 use structure::Structure;
+use variation::{Crossing, Variation};
 
 /// Smallest tolerance that a step can keep: rounding adds up over the sums of a step.
 const LEAST_TOLERANCE: f64 = 1e-13;
@@ -71,6 +73,7 @@ pub(crate) struct Collocated {
     memory: Memory,
     /// The step that is being made.
     step: Step,
+    variation: Option<Box<Variation>>,
 }
 
 impl Collocated {
@@ -124,6 +127,7 @@ impl Collocated {
             departure_level: 0,
             transition_count: run.transition_count(),
             step: Step::default(),
+            variation: None,
             memory: Memory::new(structure.ladder.oscillators()),
             model: model.clone(),
             structure,
@@ -190,33 +194,45 @@ impl Collocated {
 
     /// Ends the piece at time `t` in s in state `x`, where v_r = 0, and decides how the motion goes on.
     fn land(&mut self, t: f64, mut x: State) {
-        let from = self.front_mode;
+        let before = Crossing {
+            time: t,
+            state: x,
+            mode: self.front_mode,
+            gap: |run, x| run.model.tip(x).1,
+        };
         self.model.project_on_stick(t, &mut x);
         self.front_mode = self.model.mode_at_rest(t, &x);
-        self.turn(t, x, from);
+        self.turn(t, x, &before);
     }
 
     /// Ends the piece at time `t` in s in state `x`, where the constraint force reaches its limit.
     fn break_away(&mut self, t: f64, mut x: State) {
+        let before = Crossing {
+            time: t,
+            state: x,
+            mode: ContactMode::Stuck,
+            gap: |run, x| run.model.constraint_force(run.front, x),
+        };
         let force = self.model.constraint_force(t, &x);
         self.model.project_on_stick(t, &mut x);
         self.front_mode = ContactMode::slip_towards(-force);
         let seed = self.front_mode.sign() * DEPARTURE_VELOCITY;
         self.model.push(seed, &mut x);
-        self.turn(t, x, ContactMode::Stuck);
+        self.turn(t, x, &before);
     }
 
-    fn turn(&mut self, t: f64, x: State, from: ContactMode) {
+    fn turn(&mut self, t: f64, x: State, before: &Crossing) {
         self.piece.end = t;
         self.end = Some(Transition {
             time: t,
-            from,
+            from: before.mode,
             to: self.front_mode,
         });
         self.departed = false;
         (self.speed, self.rise) = (0.0, 0.0);
         self.tangent = self.at_rest;
         self.go_on(t, x);
+        self.vary_transition(before);
     }
 
     fn go_on(&mut self, t: f64, x: State) {

@@ -64,14 +64,26 @@ impl Piece {
 
     /// State at `theta`.
     pub(super) fn state_at(&self, structure: &Structure, theta: f64) -> State {
+        self.difference_at(structure, theta, &self.state, &self.capacity)
+    }
+
+    /// What a difference `begin` of the states at the start, which changes the friction at the nodes by `friction` in N, has
+    /// become at `theta`: between transitions all is linear but for friction.
+    pub(super) fn difference_at(
+        &self,
+        structure: &Structure,
+        theta: f64,
+        begin: &State,
+        friction: &Nodes,
+    ) -> State {
         if self.end == self.start {
-            return self.state;
+            return *begin;
         }
         if self.mode == ContactMode::Stuck {
-            return structure.stick.state_at(theta * self.length, &self.state);
+            return structure.stick.state_at(theta * self.length, begin);
         }
         let response = structure.ladder.response(self.level);
-        response.state_at(theta, &self.state, self.mode.sign(), &self.capacity)
+        response.state_at(theta, begin, self.mode.sign(), friction)
     }
 
     /// Velocity of the tip in m/s over a piece of slip.

@@ -50,6 +50,7 @@ impl Collocated {
             let length = response.length;
             self.piece.begin(t, length, &x, self.front_mode);
             self.piece.slides(level, self.belt, &step.capacity, &speed);
+            self.vary_slip(level, sign);
             match root {
                 Some(theta) if theta * length > 0.0 => {
                     let x = self.piece.state_at(&self.structure, theta);

@@ -22,12 +22,14 @@ impl Collocated {
                 let x = step.state_at(theta * step.length, &x);
                 let end = (steps + 1) as f64 * step.length;
                 self.piece.begin(t, end, &start, ContactMode::Stuck);
+                self.vary_stick(part);
                 return self.break_away(t + part, x);
             }
             x = after;
         }
         let length = STEPS as f64 * step.length;
         self.piece.begin(t, length, &start, ContactMode::Stuck);
+        self.vary_stick(length);
         self.go_on(t + length, x);
     }
 

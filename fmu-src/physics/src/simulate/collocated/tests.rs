@@ -257,6 +257,75 @@ fn val_slips_that_follow_others_are_as_exact() {
     assert!(remembered < slips / 2 + 20, "{remembered} of {slips}");
 }
 
+// Source: central differences of runs by the event loop at tolerance 1e-13, over some slips and sticks.
+#[test]
+fn val_a_difference_is_carried_through_slip_stick_and_transitions() {
+    let law = FrictionLaw::default();
+    let jumps = FrictionLaw::Coulomb {
+        mu_s: 0.6,
+        mu_k: 0.4,
+    };
+    for (modes, friction, belt, force) in [
+        (2, law, 0.0963, 100.0),
+        (2, law, -0.05, 60.0),
+        (4, law, 0.112, 100.0),
+        (2, jumps, 0.08, 60.0),
+    ] {
+        let parameters = ModelParameters {
+            friction,
+            beam: Beam::nominal(modes),
+            ..ModelParameters::default()
+        };
+        let inputs = Inputs::constant(belt, force);
+        let mut origin = Simulation::new(&parameters, inputs, &Start::default(), 1e-13).unwrap();
+        origin.advance_to(0.2).unwrap();
+        // A slip that is well under way, so that its neighbours start in slip as well.
+        while origin.contact_mode() == ContactMode::Stuck {
+            let t = origin.time() + 1e-3;
+            origin.advance_to(t).unwrap();
+        }
+        let (begin, end) = (origin.time(), origin.time() + 0.1);
+        let from = |state| Start {
+            time: begin,
+            state,
+            contact: StartContact::Slip,
+            ..Start::default()
+        };
+        let x = origin.state();
+        let mut direction = [0.0; MAX_STATES];
+        for j in 0..modes {
+            let size = 1e-3 / (1.0 + j as f64);
+            (direction[2 * j], direction[2 * j + 1]) = (size, -300.0 * size);
+        }
+        let at_end = |step: f64| {
+            let state = std::array::from_fn(|i| x[i] + step * direction[i]);
+            let mut run = Simulation::new(&parameters, inputs, &from(state), 1e-13).unwrap();
+            run.record_transitions();
+            run.advance_to(end).unwrap();
+            (run.state(), run.transitions().len())
+        };
+        let h = 1e-5;
+        let ((above, transitions), (below, _)) = (at_end(h), at_end(-h));
+        assert!(transitions >= 3, "{transitions} transitions");
+        let run = Simulation::new(&parameters, inputs, &from(x), 1e-12).unwrap();
+        let mut run = Collocated::take_over(&run).unwrap();
+        run.vary(&direction);
+        while run.front().0 < end {
+            assert!(run.next_piece().unwrap());
+        }
+        let found = run.difference_at(end).unwrap();
+        let scales = run.model().state_scales();
+        let expected: [f64; MAX_STATES] =
+            std::array::from_fn(|i| (above[i] - below[i]) / (2.0 * h));
+        let size = (0..2 * modes).map(|i| (expected[i] / scales[i]).abs());
+        let size = size.fold(0.0, f64::max);
+        for i in 0..2 * modes {
+            let error = (found[i] - expected[i]).abs() / scales[i];
+            assert!(error < 1e-4 * size, "state {i}: {found:?} {expected:?}");
+        }
+    }
+}
+
 // Source: classical Runge-Kutta in 200 000 steps. The motion is so fast at first that the fast exponential of friction, e^-80, is
 // not there for a Taylor series of degree 20, and slow in the end, where it is all that counts. The event loop was 9e-7 m/s off
 // before its steps were shortened for that.

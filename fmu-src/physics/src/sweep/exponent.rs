@@ -1,0 +1,200 @@
+//! The largest Lyapunov exponent: how a small difference to a motion grows from peak to peak.
+//!
+//! By the variational equation where the run carries a difference along, else by a second motion that starts close by. Either
+//! way what happens at transitions (saltation) is in it.
+
+use super::companion::Companion;
+use super::follow::{Crossing, Follower};
+use crate::contact::ContactMode;
+use crate::error::PhysicsError;
+use crate::integrate::{MAX_STATES, State};
+use crate::model::Model;
+
+/// Share of the growths at the begin that are left out, while the difference turns into its own direction.
+const ALIGNING: usize = 10;
+/// What is left of a difference when the shift along the motion is taken out, in tolerances of the run, below which it is lost
+/// in the run's error.
+const LOST: f64 = 10.0;
+
+/// How large a difference is: the sum of squares of what its states stand for.
+pub(super) struct Norm {
+    /// The size that counts of each state, in m per its unit.
+    weight: State,
+}
+
+impl Norm {
+    fn new(model: &Model, amplitude: f64) -> Self {
+        let scales = model.state_scales();
+        let mut weight = [0.0; MAX_STATES];
+        let modes = model.beam().modes();
+        for (j, m) in modes.iter().enumerate() {
+            weight[2 * j] = m.tip_value.abs();
+            weight[2 * j + 1] = m.tip_value.abs() / m.angular_frequency();
+        }
+        for i in 2 * modes.len()..model.dimension() {
+            weight[i] = amplitude / (100.0 * scales[i]);
+        }
+        Self { weight }
+    }
+
+    /// The size in m.
+    pub(super) fn of(&self, difference: &State) -> f64 {
+        let parts = difference.iter().zip(&self.weight).map(|(d, w)| d * w);
+        parts.map(|d| d * d).sum::<f64>().sqrt()
+    }
+}
+
+/// What a difference is compared with.
+enum Way {
+    /// Itself, carried along; its size in m at the last peak.
+    Variation(Option<f64>),
+    /// A second motion.
+    Companion(Box<Companion>),
+}
+
+/// The growth of a difference, measured at every peak.
+pub(super) struct Exponent {
+    way: Way,
+    norm: Norm,
+    amplitude: f64,
+    tolerance: f64,
+    /// ln(growth) and time in s of each stretch.
+    growths: Vec<(f64, f64)>,
+    since: Option<f64>,
+    lost: bool,
+}
+
+impl Exponent {
+    /// Of a motion with this amplitude in m, from the end of its present piece on.
+    pub(super) fn new(follower: &mut Follower, amplitude: f64, tolerance: f64) -> Self {
+        let model = follower.run().model();
+        let norm = Norm::new(model, amplitude);
+        let any = any_direction(model);
+        let way = if follower.run_mut().vary(&any) {
+            Way::Variation(None)
+        } else {
+            Way::Companion(Box::new(Companion::new(follower, amplitude, tolerance)))
+        };
+        Self {
+            way,
+            norm,
+            amplitude,
+            tolerance,
+            growths: Vec::new(),
+            since: None,
+            lost: false,
+        }
+    }
+
+    /// Measures the difference at the peaks in the present piece of the motion.
+    pub(super) fn meet(
+        &mut self,
+        follower: &mut Follower,
+        peaks: &[Crossing],
+        mode: ContactMode,
+    ) -> Result<(), PhysicsError> {
+        for peak in peaks {
+            if !self.lost {
+                self.measure(follower, peak, mode)?;
+            }
+        }
+        // From the next piece on the difference is as large as 1 m, and no shift along the motion.
+        if let (Way::Variation(size), Some(peak)) = (&mut self.way, peaks.last())
+            && let Some(last) = size.filter(|_| !self.lost)
+            && let Some(difference) = follower.run().difference_at(peak.time)
+        {
+            let lead = lead(follower, peak, mode, &difference);
+            follower.run_mut().renew_difference(lead, 1.0 / last);
+            *size = Some(1.0);
+        }
+        Ok(())
+    }
+
+    fn measure(
+        &mut self,
+        follower: &mut Follower,
+        peak: &Crossing,
+        mode: ContactMode,
+    ) -> Result<(), PhysicsError> {
+        let growth = match &mut self.way {
+            Way::Variation(last) => match follower.run().difference_at(peak.time) {
+                Some(difference) => {
+                    let whole = self.norm.of(&difference);
+                    let across = across(follower, peak, mode, &difference);
+                    let size = self.norm.of(&across);
+                    self.lost = !(size > LOST * self.tolerance * whole);
+                    last.replace(size).map(|last| size / last)
+                }
+                // The run goes on in another way, which carries nothing along.
+                None => {
+                    let companion = Companion::new(follower, self.amplitude, self.tolerance);
+                    self.way = Way::Companion(Box::new(companion));
+                    return self.measure(follower, peak, mode);
+                }
+            },
+            Way::Companion(companion) => {
+                let growth = companion.meet(follower, peak, mode, &self.norm)?;
+                self.lost = companion.is_lost();
+                growth
+            }
+        };
+        if let (Some(growth), Some(since)) = (growth, self.since) {
+            self.growths.push((growth.ln(), peak.time - since));
+        }
+        self.since = Some(peak.time);
+        Ok(())
+    }
+
+    /// The exponent in 1/s: `lambda = sum ln(growth) / time`; minus infinity where the difference died out.
+    pub(super) fn value(&self) -> Option<f64> {
+        if self.lost {
+            return Some(f64::NEG_INFINITY);
+        }
+        let counted = &self.growths[self.growths.len() / ALIGNING..];
+        let (growth, time) = counted
+            .iter()
+            .fold((0.0, 0.0), |(g, t), (a, b)| (g + a, t + b));
+        (time > 0.0).then_some(growth / time)
+    }
+}
+
+/// A difference that is no shift along the motion: any will turn into the one that grows most.
+pub(super) fn any_direction(model: &Model) -> State {
+    let mut out = [0.0; MAX_STATES];
+    for (i, m) in model.beam().modes().iter().enumerate() {
+        out[2 * i] = 1.0 / (1.0 + i as f64);
+        out[2 * i + 1] = 0.3 * m.angular_frequency() / (2.0 + i as f64);
+    }
+    out
+}
+
+/// The time in s by which a motion that differs by `difference` at a peak is ahead there.
+fn lead(follower: &Follower, peak: &Crossing, mode: ContactMode, difference: &State) -> f64 {
+    let slope = follower.velocity(&rates(follower, peak, mode));
+    if slope == 0.0 {
+        return 0.0;
+    }
+    follower.velocity(difference) / slope
+}
+
+/// The difference of two motions each at its own peak: a mere shift in time is none.
+pub(super) fn across(
+    follower: &Follower,
+    peak: &Crossing,
+    mode: ContactMode,
+    difference: &State,
+) -> State {
+    let lead = lead(follower, peak, mode, difference);
+    let mut out = *difference;
+    for (d, rate) in out.iter_mut().zip(&rates(follower, peak, mode)) {
+        *d -= lead * rate;
+    }
+    out
+}
+
+fn rates(follower: &Follower, peak: &Crossing, mode: ContactMode) -> State {
+    let mut rates = [0.0; MAX_STATES];
+    let model = follower.run().model();
+    model.rates(peak.time, &peak.state, mode, &mut rates);
+    rates
+}
