@@ -29,9 +29,8 @@ pub(super) struct Iteration<'a> {
     unit: f64,
     /// Sliding speed in m/s at the nodes without friction.
     free: Nodes,
-    /// The linearised step, and its speeds in m/s without what the characteristic differs from its slopes.
+    /// The linearised step.
     linear: &'a Linearised,
-    base: Nodes,
     /// Sliding speed in m/s at the nodes.
     u: Nodes,
     /// Its last change in m/s, and the rate at which changes shrink.
@@ -52,8 +51,7 @@ impl<'a> Iteration<'a> {
         let free = free_speed(response, begin.state, begin.sign, begin.belt);
         let mobility = ladder.mobility();
         let linear = response.linearised(first, last, mobility);
-        let base = product(&linear.inverse, &free);
-        let u = corrected(linear, &base, force, speed);
+        let u = corrected(linear, &free, force, speed);
         Self {
             response,
             law: begin.law,
@@ -62,7 +60,6 @@ impl<'a> Iteration<'a> {
             unit: mobility * response.length,
             free,
             linear,
-            base,
             u,
             change: distance(&u, speed),
             rate: 1.0,
@@ -125,7 +122,8 @@ impl<'a> Iteration<'a> {
                     return false;
                 }
                 if iteration == 1 || iteration == 2 {
-                    self.choose(slope[0], slope[NODES - 1]);
+                    let (first, last) = (slope[0], slope[NODES - 1]);
+                    self.linear = self.response.linearised(first, last, self.mobility);
                 }
             }
             let (speed, before) = (self.u, self.change);
@@ -152,20 +150,10 @@ impl<'a> Iteration<'a> {
         false
     }
 
-    /// Takes the linearised step for these slopes.
-    #[inline(always)]
-    fn choose(&mut self, first: f64, last: f64) {
-        let nearer = self.response.linearised(first, last, self.mobility);
-        if !std::ptr::eq(nearer, self.linear) {
-            self.linear = nearer;
-            self.base = product(&nearer.inverse, &self.free);
-        }
-    }
-
     /// The next speeds, from the forces at the present ones.
     #[inline(always)]
     fn go_on(&mut self, force: &Nodes) {
-        let next = corrected(self.linear, &self.base, force, &self.u);
+        let next = corrected(self.linear, &self.free, force, &self.u);
         self.change = distance(&next, &self.u);
         self.u = next;
     }
@@ -185,16 +173,16 @@ impl<'a> Iteration<'a> {
     }
 }
 
-/// The speeds of the linearised step where the forces at speeds `u` are given.
+/// The speeds of the linearised step where the forces at speeds `u` are given, and the speeds `free` without friction.
 #[inline(always)]
-pub(super) fn corrected(linear: &Linearised, base: &Nodes, force: &Nodes, u: &Nodes) -> Nodes {
-    let mut rest = *force;
+pub(super) fn corrected(linear: &Linearised, free: &Nodes, force: &Nodes, u: &Nodes) -> Nodes {
+    let mut pull = *force;
     for i in 0..NODES {
-        rest[i] = (-linear.slopes[i]).mul_add(u[i], rest[i]);
+        pull[i] = linear.slopes[i].mul_add(free[i] - u[i], pull[i]);
     }
-    let mut next = product(&linear.response, &rest);
+    let mut next = product(&linear.response, &pull);
     for i in 0..NODES {
-        next[i] = base[i] - next[i];
+        next[i] = free[i] - next[i];
     }
     next
 }

@@ -20,13 +20,12 @@ const SLOPES: usize = 18;
 const FLATTEST: f64 = 1.0 / 32.0;
 const CLASSES: usize = 1 + 2 * SLOPES;
 
-/// The linearised step: with p = k u + rest at each node, `u = inverse (free motion) - response rest`.
+/// The linearised step: with p = p_0 + k (u - u_0) at each node, `u = free - response (p_0 + k (free - u_0))`, free without
+/// friction.
 pub(super) struct Linearised {
     /// The slopes k_i in N s/m at the nodes.
     pub(super) slopes: Nodes,
-    /// (1 + G diag k)^-1, column by column.
-    pub(super) inverse: [Nodes; NODES],
-    /// (1 + G diag k)^-1 G.
+    /// (1 + G diag k)^-1 G, column by column.
     pub(super) response: [Nodes; NODES],
 }
 
@@ -262,7 +261,6 @@ impl Response {
         };
         Some(Linearised {
             slopes,
-            inverse: columns(&inverse),
             response: columns(&response),
         })
     }

@@ -2,7 +2,7 @@
 
 use super::expand::end_states;
 use super::iterate::{corrected, free_speed};
-use super::nodes::{distance, largest, product};
+use super::nodes::{distance, largest};
 use super::response::{Ladder, Response};
 use super::{NODES, Nodes};
 use crate::integrate::State;
@@ -28,14 +28,13 @@ pub fn vary(
 ) -> Nodes {
     let free = free_speed(response, x, sign, 0.0);
     let linear = response.linearised(slope[0], slope[NODES - 1], ladder.mobility());
-    let base = product(&linear.inverse, &free);
-    let mut u = base;
+    let mut u = free;
     let mut force = [0.0; NODES];
     for _ in 0..MAX_ITERATIONS {
         for i in 0..NODES {
             force[i] = slope[i] * u[i];
         }
-        let next = corrected(linear, &base, &force, &u);
+        let next = corrected(linear, &free, &force, &u);
         let change = distance(&next, &u);
         u = next;
         if !(change > LEFT * largest(&u.map(f64::abs))) {
