@@ -1,17 +1,21 @@
 //! Processor time, because the clock on the wall shows what else the machine does.
 
-use std::fs;
-use std::sync::OnceLock;
-use std::time::Instant;
+use std::time::Duration;
 
 /// Seconds of processor time that this thread has used; from the clock on the wall where the system does not tell.
 pub fn thread() -> f64 {
-    scheduled("/proc/thread-self/schedstat").unwrap_or_else(wall)
+    read(Whose::Thread).as_secs_f64()
 }
 
-/// Seconds of processor time that one of many runs takes in the mean: the clock may count in steps of 4 ms.
+/// Seconds of processor time that this program has used, threads that have ended included.
+pub fn process() -> f64 {
+    read(Whose::Process).as_secs_f64()
+}
+
+/// Seconds of processor time that one of many runs takes, at least a tenth of a second of them: as long as a run of the
+/// quickest of the peers.
 pub fn per_run(mut run: impl FnMut()) -> f64 {
-    const LONG_ENOUGH: f64 = 0.25;
+    const LONG_ENOUGH: f64 = 0.1;
     let begun = thread();
     let mut runs = 0.0;
     loop {
@@ -24,30 +28,26 @@ pub fn per_run(mut run: impl FnMut()) -> f64 {
     }
 }
 
-/// Seconds of processor time that this program has used, threads that have ended included.
-pub fn process() -> f64 {
-    ticks().unwrap_or_else(wall)
+enum Whose {
+    Thread,
+    Process,
 }
 
-/// Nanoseconds on the processor are the first of Linux's three numbers.
-fn scheduled(path: &str) -> Option<f64> {
-    let numbers = fs::read_to_string(path).ok()?;
-    let busy: f64 = numbers.split_whitespace().next()?.parse().ok()?;
-    Some(1e-9 * busy)
+#[cfg(unix)]
+fn read(whose: Whose) -> Duration {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(match whose {
+        Whose::Thread => ClockId::ThreadCPUTime,
+        Whose::Process => ClockId::ProcessCPUTime,
+    });
+    Duration::new(
+        time.tv_sec.unsigned_abs(),
+        time.tv_nsec.try_into().expect("less than a second"),
+    )
 }
 
-/// Linux counts finished threads in hundredths of a second only.
-fn ticks() -> Option<f64> {
-    let line = fs::read_to_string("/proc/self/stat").ok()?;
-    // The second field is a name that may contain spaces; fields 14 and 15 are user and system time.
-    let (_, fields) = line.rsplit_once(')')?;
-    let mut times = fields.split_whitespace().skip(11);
-    let user: f64 = times.next()?.parse().ok()?;
-    let system: f64 = times.next()?.parse().ok()?;
-    Some(0.01 * (user + system))
-}
-
-fn wall() -> f64 {
-    static BEGIN: OnceLock<Instant> = OnceLock::new();
-    BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64()
+#[cfg(not(unix))]
+fn read(_: Whose) -> Duration {
+    static BEGIN: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    BEGIN.get_or_init(std::time::Instant::now).elapsed()
 }

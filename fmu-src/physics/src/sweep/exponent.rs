@@ -12,6 +12,9 @@ use crate::model::Model;
 
 /// Share of the growths at the begin that are left out, while the difference turns into its own direction.
 const ALIGNING: usize = 10;
+/// ln(growth) from which on a difference has clearly grown, or shrunk: one that turns on an ellipse, or has not found its
+/// direction, may grow by less and die out all the same.
+const CLEAR: f64 = 2.0;
 /// What is left of a difference when the shift along the motion is taken out, in tolerances of the run, below which it is lost
 /// in the run's error.
 const LOST: f64 = 10.0;
@@ -147,14 +150,29 @@ impl Exponent {
 
     /// The exponent in 1/s: `lambda = sum ln(growth) / time`; minus infinity where the difference died out.
     pub(super) fn value(&self) -> Option<f64> {
-        if self.lost {
-            return Some(f64::NEG_INFINITY);
-        }
-        let counted = &self.growths[self.growths.len() / ALIGNING..];
-        let (growth, time) = counted
-            .iter()
-            .fold((0.0, 0.0), |(g, t), (a, b)| (g + a, t + b));
+        let (growth, time) = self.total();
         (time > 0.0).then_some(growth / time)
+    }
+
+    /// Whether the difference has clearly grown.
+    pub(super) fn has_grown(&self) -> bool {
+        self.total().0 > CLEAR
+    }
+
+    /// Whether the difference has clearly shrunk.
+    pub(super) fn has_shrunk(&self) -> bool {
+        self.total().0 < -CLEAR
+    }
+
+    /// ln(growth) and time in s of all that counts.
+    fn total(&self) -> (f64, f64) {
+        let counted = &self.growths[self.growths.len() / ALIGNING..];
+        let sum = |(g, t): (f64, f64), (a, b): &(f64, f64)| (g + a, t + b);
+        let (growth, time) = counted.iter().fold((0.0, 0.0), sum);
+        if self.lost {
+            return (f64::NEG_INFINITY, time.max(f64::MIN_POSITIVE));
+        }
+        (growth, time)
     }
 }
 

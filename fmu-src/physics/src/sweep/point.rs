@@ -20,13 +20,13 @@ const QUIET: f64 = 50.0;
 const LONGEST_STICK: f64 = 1000.0;
 /// Amplitude, as a share of the static deflection at break-away, below which the tip rests.
 const REST: f64 = 1e-6;
-/// Loss of amplitude from the first half to the second of a stretch that says that a motion dies out.
-const DYING: f64 = 0.995;
+/// Loss of amplitude from each quarter of a stretch to the next that says that a motion dies out.
+const DYING: f64 = 0.9975;
 
 /// How long a point is followed.
 ///
 /// Transients: the first `settle` peaks are discarded and the next `cycles` measured. Where the motion does not
-/// repeat yet although its Lyapunov exponent is negative, that stretch is discarded too and the next one measured,
+/// repeat yet although no difference to it clearly grows, that stretch is discarded too and the next one measured,
 /// at most `patience` times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rule {
@@ -57,7 +57,7 @@ impl Default for Rule {
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// The motion repeats, or it does not and never will (positive exponent).
+    /// The motion repeats, or it does not and never will (no difference to it clearly dies out).
     Settled,
     /// Still approaching its final motion when patience ended.
     Settling,
@@ -137,10 +137,12 @@ pub fn evaluate(
             Some(next) => stretch = next,
             None => return Ok(rest(&path)),
         }
-        let lyapunov = exponent.as_ref().and_then(Exponent::value);
-        let motion = describe(&path, &mut stretch, lyapunov);
-        let settling = motion.status == Status::Settling;
-        if !settling || round == rule.patience {
+        let motion = describe(&path, &mut stretch, exponent.as_ref());
+        // What sticks in every cycle is excited in every cycle: it may fall for a while, but not to nothing.
+        let falls = motion.status == Status::DiesOut && motion.stick_fraction == 0.0;
+        let may_repeat = motion.period == Some(0) && !falls;
+        let has_grown = exponent.is_none_or(|e| e.has_grown());
+        if !may_repeat || has_grown || round == rule.patience {
             return Ok(motion);
         }
         round += 1;
@@ -236,33 +238,31 @@ fn carry(model: &Model, state: &State, travel: f64) -> Carry {
     }
 }
 
-fn describe(path: &Path, stretch: &mut Stretch, lyapunov: Option<f64>) -> Motion {
+fn describe(path: &Path, stretch: &mut Stretch, exponent: Option<&Exponent>) -> Motion {
+    let lyapunov = exponent.and_then(Exponent::value);
     let model = path.follower.run().model();
-    let amplitude = stretch.amplitude_from(0);
+    let quarters = [0, 1, 2, 3].map(|i| stretch.amplitude_from(i * stretch.peaks.len() / 4));
+    let [amplitude, _, later, _] = quarters;
     let period = period_of(model.beam(), &stretch.points, amplitude);
     let duration = period.map(|p| {
         let n = stretch.points.len();
         stretch.points[n - 1].time - stretch.points[n - 1 - p].time
     });
-    let (half, all) = (stretch.peaks.len() / 2, stretch.peaks.len());
-    let later = stretch.amplitude_from(half);
     let line = strongest_line(&stretch.samples, stretch.interval);
     // The strongest line of a motion that repeats is a multiple of its own frequency.
     let main = match (line, duration) {
         (Some(f), Some(t)) if (f * t).round() >= 1.0 => Some((f * t).round() / t),
         _ => line,
     };
-    let shrinks = all > 1 && later < DYING * amplitude;
+    let shrinks = quarters.windows(2).all(|q| q[1] < DYING * q[0]);
     let status = if stretch.points.is_empty() {
         Status::NoSection
     } else if period.is_some() {
         Status::Settled
-    } else if lyapunov.is_some_and(|l| l < 0.0) {
-        if shrinks {
-            Status::DiesOut
-        } else {
-            Status::Settling
-        }
+    } else if shrinks && lyapunov.is_some_and(|l| l < 0.0) {
+        Status::DiesOut
+    } else if exponent.is_some_and(Exponent::has_shrunk) {
+        Status::Settling
     } else {
         Status::Settled
     };
