@@ -2,8 +2,8 @@
 
 use beam_physics::sweep::orbit::{BranchKind, OrbitError, continue_branch, shoot};
 use beam_physics::sweep::{
-    Chain, Motion, Rule, StartRule, Status, Subject, Task, Values, evaluate, run, static_amplitude,
-    trace,
+    Chain, Motion, Rule, StartRule, Status, Subject, Task, Values, evaluate, main_frequency, run,
+    spectrum, static_amplitude, trace,
 };
 
 fn values(set: &[(&str, f64)]) -> Values {
@@ -143,6 +143,22 @@ fn val_one_mode_forgets_everything_in_stick() {
 }
 
 // Source: Stelter 1992, eqs. (7) and (8), worked out here for two modes.
+#[test]
+fn val_the_main_frequency_of_a_motion_that_repeats_is_that_of_a_long_record() {
+    // Source: the spectrum of 6 s sampled by the event loop.
+    for velocity in [0.096, 0.098, 0.104, 0.11] {
+        let subject = subject(&[("belt_velocity", velocity), ("normal_force", 100.0)]);
+        let motion = motion(&subject);
+        assert!(motion.period.unwrap() >= 1);
+        let (duration, count) = (6.0, 12_000);
+        let record = trace(&subject, &motion.end.unwrap(), duration, count).unwrap();
+        let samples: Vec<f64> = record.iter().map(|s| s.displacement).collect();
+        let line = main_frequency(&spectrum(&samples, duration / count as f64)).unwrap();
+        let found = motion.main_frequency.unwrap();
+        assert!((found / line - 1.0).abs() < 1e-3, "{found} {line} Hz");
+    }
+}
+
 #[test]
 fn val_static_amplitude_is_equation_8() {
     let (force, velocity): (f64, f64) = (80.0, 0.06);

@@ -134,9 +134,9 @@ impl Follower {
         self.run.state_at(t)
     }
 
-    /// The tip's displacement in m over the present piece.
-    pub fn displacement_curve(&mut self) -> Curve {
-        self.run.displacement(&self.displacement_row)
+    /// Appends the tip's displacement in m at these times in s within the present piece.
+    pub fn displacements(&mut self, times: impl Iterator<Item = f64>, out: &mut Vec<f64>) {
+        self.run.displacements(&self.displacement_row, times, out);
     }
 
     /// A point of the section at `t` in s within the present piece.
@@ -196,12 +196,11 @@ impl Follower {
         }
         let mut low = 0.0;
         while let Some(theta) = next_turn(&c, low, reach) {
+            let time = self.run.time_at(theta);
             if self.rising {
-                features.peaks.push(self.crossing(self.run.time_at(theta)));
+                features.peaks.push(self.crossing(time));
             } else {
-                features
-                    .troughs
-                    .push(self.displacement_curve().value(theta));
+                self.displacements(std::iter::once(time), &mut features.troughs);
             }
             self.rising = !self.rising;
             c.turn();

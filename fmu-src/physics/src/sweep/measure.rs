@@ -4,12 +4,13 @@ use super::Section;
 use super::follow::{Crossing, Features, Follower};
 use crate::contact::ContactMode;
 use crate::error::PhysicsError;
-use crate::integrate::collocation::LANES;
 
 /// Samples for the spectrum: twice as many are thinned to these by dropping every second.
 const SAMPLES: usize = 8192;
 /// Samples per period of the structure's highest mode.
 const PER_PERIOD: f64 = 4.0;
+/// Times that a motion that repeats must do so for its lines to be told apart: they are as many lines of the window apart.
+const REPEATS: f64 = 8.0;
 
 /// A stretch of motion, reduced as it goes.
 pub(super) struct Stretch {
@@ -48,7 +49,7 @@ impl Stretch {
             stuck: 0.0,
             from: now,
             to: now,
-            samples: Vec::new(),
+            samples: Vec::with_capacity(if sampled { 2 * SAMPLES } else { 0 }),
             sampled,
             interval: 1.0 / (PER_PERIOD * highest),
             last: None,
@@ -80,33 +81,31 @@ impl Stretch {
     }
 
     fn sample(&mut self, follower: &mut Follower) {
-        let next = |s: &Self, more: usize| s.from + (s.samples.len() + more) as f64 * s.interval;
-        if next(self, 0) >= self.to {
-            return;
-        }
-        let curve = follower.displacement_curve();
         loop {
-            let mut theta = [0.0; LANES];
-            let mut count = 0;
-            while count < LANES && next(self, count) < self.to {
-                theta[count] = follower.run().theta(next(self, count));
-                count += 1;
-            }
-            if count == 0 {
+            let (from, interval) = (self.from, self.interval);
+            let known = self.samples.len();
+            let all = ((self.to - from) / interval).ceil() as usize;
+            let times = (known..all.clamp(known, 2 * SAMPLES))
+                .map(|i| from + f64::from(i as u32) * interval);
+            follower.displacements(times, &mut self.samples);
+            if self.samples.len() < 2 * SAMPLES {
                 return;
             }
-            let room = 2 * SAMPLES - self.samples.len();
-            self.samples
-                .extend(&curve.values(&theta)[..count.min(room)]);
-            if self.samples.len() == 2 * SAMPLES {
-                let mut keep = false;
-                self.samples.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-                self.interval *= 2.0;
-            }
+            let mut keep = false;
+            self.samples.retain(|_| {
+                keep = !keep;
+                keep
+            });
+            self.interval *= 2.0;
         }
+    }
+
+    /// The samples that tell the strongest line: all, or the last that hold [`REPEATS`] times the time in s after which the
+    /// motion repeats.
+    pub(super) fn last_samples(&self, duration: Option<f64>) -> &[f64] {
+        let all = self.samples.len();
+        let enough = duration.map_or(all, |t| (REPEATS * t / self.interval).ceil() as usize);
+        &self.samples[all - enough.min(all)..]
     }
 
     /// Half the distance in m between the highest peak and the lowest trough from the `skip`-th on.

@@ -248,7 +248,7 @@ fn describe(path: &Path, stretch: &mut Stretch, exponent: Option<&Exponent>) -> 
         let n = stretch.points.len();
         stretch.points[n - 1].time - stretch.points[n - 1 - p].time
     });
-    let line = strongest_line(&stretch.samples, stretch.interval);
+    let line = strongest_line(stretch.last_samples(duration), stretch.interval);
     // The strongest line of a motion that repeats is a multiple of its own frequency.
     let main = match (line, duration) {
         (Some(f), Some(t)) if (f * t).round() >= 1.0 => Some((f * t).round() / t),

@@ -4,7 +4,7 @@
 
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;
-use crate::integrate::collocation::{self, Chebyshev, LANES};
+use crate::integrate::collocation::{self, Chebyshev};
 use crate::integrate::series::{Series, stays_positive};
 use crate::integrate::{MAX_STATES, State, roots};
 use crate::model::Model;
@@ -42,14 +42,6 @@ impl Curve {
             Self::Powers(c, degree) => roots::value(&c[..=*degree], theta),
             Self::Chebyshev(c) => collocation::value(c, theta),
             Self::Straight(value, slope) => value + slope * theta,
-        }
-    }
-
-    /// Values at several places.
-    pub fn values(&self, theta: &[f64; LANES]) -> [f64; LANES] {
-        match self {
-            Self::Chebyshev(c) => collocation::values(c, theta),
-            _ => theta.map(|theta| self.value(theta)),
         }
     }
 
@@ -215,14 +207,6 @@ impl Run {
         }
     }
 
-    /// Normalised time of `t` in s within the present piece.
-    pub fn theta(&self, t: f64) -> f64 {
-        match &self.collocated {
-            Some(run) => run.piece().theta(t),
-            None => self.general.piece().theta(t),
-        }
-    }
-
     /// Time in s at `theta` within the present piece.
     pub fn time_at(&self, theta: f64) -> f64 {
         match &self.collocated {
@@ -267,21 +251,30 @@ impl Run {
         (curve, piece.theta(piece.end))
     }
 
-    /// Displacement of the tip in m over the present piece, given its row of the state.
-    pub fn displacement(&mut self, row: &[f64]) -> Curve {
+    /// Appends the displacement of the tip in m at these times in s within the present piece, given its row of the state.
+    pub fn displacements(
+        &mut self,
+        row: &[f64],
+        times: impl Iterator<Item = f64>,
+        out: &mut Vec<f64>,
+    ) {
         if let Some(run) = &self.collocated {
             let piece = run.piece();
-            let start = row.iter().zip(&piece.state).map(|(a, b)| a * b).sum();
-            return if piece.mode == ContactMode::Stuck {
+            let start: f64 = row.iter().zip(&piece.state).map(|(a, b)| a * b).sum();
+            if piece.mode == ContactMode::Stuck {
                 // Stick follows the belt.
-                Curve::Straight(start, run.model().inputs.belt_velocity * piece.length)
+                let belt = run.model().inputs.belt_velocity;
+                out.extend(times.map(|t| start + belt * (t - piece.start)));
             } else {
-                Curve::Chebyshev(piece.displacement(start))
-            };
+                out.extend(times.map(|t| start + piece.way_to(piece.theta(t))));
+            }
+            return;
         }
         self.general.ready_piece();
         let piece = self.general.piece();
-        Curve::Powers(piece.combine(row, &[]), piece.degree)
+        let series = piece.combine(row, &[]);
+        let series = &series[..=piece.degree];
+        out.extend(times.map(|t| roots::value(series, piece.theta(t))));
     }
 
     /// Carries a small difference along with the motion from the end of the present piece on; false where it can't.

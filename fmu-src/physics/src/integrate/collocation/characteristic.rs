@@ -1,7 +1,8 @@
 //! The force over the sliding speed, at all nodes at once.
 
+use super::nodes::largest;
 use super::{NODES, Nodes, Tangent};
-use std::f64::consts::LOG2_E;
+use std::f64::consts::{E, LOG2_E};
 
 /// `p(u) = constant + linear u + w_0 e_0 + w_1 e_1 + w_2 e_0 e_1` in N, with `e_i = exp(-rate_i a)` and `a = u`, or `a = u^2`
 /// where `squared`; u in m/s.
@@ -52,10 +53,26 @@ impl Characteristic {
                 * if self.squared {
                     5.0 * rate * rate.sqrt()
                 } else {
-                    rate * rate * rate
+                    2.0 * rate * rate * rate
                 }
         };
         of(a, x) + of(b, y) + of(both, x + y)
+    }
+
+    /// A bound of the third derivative in N s^3/m^3 within half the [`scale`](Self::scale) of speeds at which half the second
+    /// derivative is known, in N s^2/m^2.
+    ///
+    /// Where all exponentials pull the same way, `|p'''| <= r |p''|` with the sum r of both rates, and over `0.5 scale` p''
+    /// changes by no more than `exp(0.5 r scale) <= e` times.
+    #[inline(always)]
+    pub fn third_near(&self, half_bend: &Nodes) -> f64 {
+        let everywhere = self.third();
+        let alike = self.weight.iter().all(|w| *w >= 0.0) || self.weight.iter().all(|w| *w <= 0.0);
+        if self.squared || !alike || self.rate.iter().any(|r| *r < 0.0) {
+            return everywhere;
+        }
+        let bend = 2.0 * largest(&half_bend.map(f64::abs));
+        everywhere.min(E * (self.rate[0] + self.rate[1]) * bend)
     }
 
     /// Force in N, its slope in N s/m, and half its second derivative in N s^2/m^2.
@@ -160,5 +177,29 @@ mod tests {
                 assert!(third.abs() <= law.third(), "{third}");
             }
         }
+    }
+
+    #[test]
+    fn val_the_third_derivative_is_bounded_near_known_speeds() {
+        // Source: differences of the second derivative.
+        let law = Characteristic {
+            constant: 3.0,
+            linear: 0.7,
+            weight: [4.0, 2.0, 1.5],
+            rate: [50.0, 0.3],
+            squared: false,
+        };
+        for i in 0..20 {
+            let known = 0.01 * f64::from(i);
+            let bound = law.third_near(&law.at(&[known; NODES]).2);
+            for j in -10..=10 {
+                let speed = known + 0.05 * f64::from(j) * law.scale();
+                let (low, high) = (law.at(&[speed; NODES]), law.at(&[speed + 1e-6; NODES]));
+                let third = (high.2[0] - low.2[0]) / 0.5e-6;
+                assert!(third.abs() <= bound, "{third} {bound}");
+            }
+        }
+        let bound = law.third_near(&law.at(&[0.2; NODES]).2);
+        assert!(bound < 1e-3 * law.third(), "{bound}");
     }
 }

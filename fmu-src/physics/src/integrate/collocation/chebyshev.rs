@@ -1,6 +1,7 @@
 //! Chebyshev series on a step: values, integrals, and the first sign change, none missed.
 
 use super::TERMS;
+use super::nodes::{Aligned, apart};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -9,12 +10,12 @@ pub type Chebyshev = [f64; TERMS];
 
 /// Halvings after which a touch without a sign change counts as no crossing.
 const MAX_DEPTH: u32 = 48;
-/// Newton step, in half intervals, after which the next would be below rounding.
-const LAST_STEP: f64 = 1e-8;
+/// Newton step, in half intervals, that is not worth taking; it is foreseen from the two before.
+const LAST_STEP: f64 = 1e-15;
 
 /// `LEFT[k]` = coefficients of `T_k((x - 1)/2)`, the polynomial T_k on the left half of its interval; on the right half the signs
 /// of `k + m` odd are turned. From `T_(k+1)(y) = 2 y T_k(y) - T_(k-1)(y)`.
-const LEFT: [Chebyshev; TERMS] = {
+static LEFT: Aligned<[Chebyshev; TERMS]> = Aligned({
     let mut table = [[0.0; TERMS]; TERMS];
     table[0][0] = 1.0;
     table[1][0] = -0.5;
@@ -42,7 +43,7 @@ const LEFT: [Chebyshev; TERMS] = {
         k += 1;
     }
     table
-};
+});
 
 /// 1/k, except for k = 0.
 const RECIPROCAL: Chebyshev = {
@@ -85,30 +86,19 @@ pub fn from_values(values: &Chebyshev) -> Chebyshev {
 
 /// Terms that are summed side by side, so that none waits long for the one before.
 const GROUP: usize = 4;
-/// Terms of a sum without a recurrence that are summed side by side, and places at which a series is evaluated at once.
-pub const LANES: usize = 8;
+/// Terms of a sum without a recurrence that are summed side by side.
+const LANES: usize = 8;
 
 /// Value at `theta`.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
 pub fn value(c: &Chebyshev, theta: f64) -> f64 {
-    at(c, 2.0 * theta - 1.0)
+    value_in_any(c, theta)
 }
 
-/// Values at eight places at once, by Clenshaw's rule.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
-pub fn values(c: &Chebyshev, theta: &[f64; LANES]) -> [f64; LANES] {
-    let x = theta.map(|theta| 2.0 * theta - 1.0);
-    let (mut b, mut before) = ([0.0; LANES], [0.0; LANES]);
-    for c in c[1..].iter().rev() {
-        for i in 0..LANES {
-            let next = (2.0 * x[i]).mul_add(b[i], c - before[i]);
-            (b[i], before[i]) = (next, b[i]);
-        }
-    }
-    for i in 0..LANES {
-        b[i] = x[i].mul_add(b[i], c[0] - before[i]);
-    }
-    b
+/// The same, to be compiled into functions that are there for each processor.
+#[inline(always)]
+pub fn value_in_any(c: &Chebyshev, theta: f64) -> f64 {
+    at(c, 2.0 * theta - 1.0)
 }
 
 /// T_0 to T_7, and T_8.
@@ -176,6 +166,7 @@ pub(super) fn dot(a: &Chebyshev, b: &Chebyshev) -> f64 {
 
 #[inline(always)]
 fn total(s: [f64; LANES]) -> f64 {
+    let s = apart(s);
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
 }
 
@@ -197,33 +188,16 @@ fn derivative(c: &Chebyshev) -> Chebyshev {
     std::array::from_fn(|k| d[k])
 }
 
-/// `2 k^2`, the derivative of T_k by theta at theta = 1.
-const STEEPNESS: Chebyshev = {
-    let mut s = [0.0; TERMS];
-    let mut k = 0;
-    while k < TERMS {
-        s[k] = (2 * k * k) as f64;
-        k += 1;
-    }
-    s
-};
-
-/// Value and derivative by theta at theta = 1.
+/// Integral over theta from 0 to `theta`.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
-pub fn end(c: &Chebyshev) -> (f64, f64) {
-    (dot(c, &[1.0; TERMS]), dot(c, &STEEPNESS))
-}
-
-/// Integral over theta times `length`, `start` at theta = 0.
-#[inline]
-pub fn integral(c: &Chebyshev, length: f64, start: f64) -> Chebyshev {
+pub fn integral_to(c: &Chebyshev, theta: f64) -> f64 {
+    // The integral of T_k over x = 2 theta - 1 is (T_(k+1)/(k+1) - T_|k-1|/(k-1))/2.
     let mut out = [0.0; TERMS];
-    let quarter = 0.25 * length;
-    out[1] = quarter * (2.0 * c[0] - c[2]);
-    for k in 2..TERMS {
-        let next = if k + 1 < TERMS { c[k + 1] } else { 0.0 };
-        out[k] = (c[k - 1] - next) * (quarter * RECIPROCAL[k]);
+    out[1] = 0.5 * c[0] - 0.25 * c[2];
+    for k in 2..TERMS - 1 {
+        out[k] = (c[k - 1] - c[k + 1]) * (0.25 * RECIPROCAL[k]);
     }
+    out[TERMS - 1] = c[TERMS - 2] * (0.25 * RECIPROCAL[TERMS - 1]);
     // At theta = 0, T_k = (-1)^k.
     let mut sums = [0.0; LANES];
     for group in out.chunks_exact(LANES) {
@@ -231,9 +205,8 @@ pub fn integral(c: &Chebyshev, length: f64, start: f64) -> Chebyshev {
             sums[i] += group[i];
         }
     }
-    let [a, b, c, d, e, f, g, h] = sums;
-    out[0] = start - (((a + e) + (c + g)) - ((b + f) + (d + h)));
-    out
+    let [a, b, c, d, e, f, g, h] = apart(sums);
+    at(&out, 2.0 * theta - 1.0) - (((a + e) + (c + g)) - ((b + f) + (d + h)))
 }
 
 /// The series divided by theta, up to a constant factor, for one that vanishes at theta = 0 to rounding.
@@ -248,40 +221,60 @@ pub fn without_first_root(c: &Chebyshev) -> Chebyshev {
     std::array::from_fn(|k| q[k])
 }
 
-/// The series on the left half of its interval, or on the right one.
+/// The series on the left half of its interval, and on the right one.
 #[inline(always)]
-fn half(c: &Chebyshev, right: bool) -> Chebyshev {
-    let mut even = [0.0; TERMS];
-    let mut odd = [0.0; TERMS];
-    for k in (0..TERMS).step_by(2) {
-        for m in 0..TERMS {
-            even[m] = c[k].mul_add(LEFT[k][m], even[m]);
-            odd[m] = c[k + 1].mul_add(LEFT[k + 1][m], odd[m]);
+fn halves(c: &Chebyshev) -> [Chebyshev; 2] {
+    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
+    // On the left, T_k is made of the terms up to its own.
+    for group in 0..TERMS / LANES {
+        let reach = (group + 1) * LANES;
+        for k in (group * LANES..reach).step_by(2) {
+            for m in 0..reach {
+                even[m] = c[k].mul_add(LEFT.0[k][m], even[m]);
+                odd[m] = c[k + 1].mul_add(LEFT.0[k + 1][m], odd[m]);
+            }
         }
     }
-    if right {
-        for m in (0..TERMS).step_by(2) {
-            odd[m] = -odd[m];
-            even[m + 1] = -even[m + 1];
-        }
-    }
+    let (mut left, mut right) = (even, even);
     for m in 0..TERMS {
-        even[m] += odd[m];
+        left[m] += odd[m];
+        right[m] = TURNED[m] * (even[m] - odd[m]);
     }
-    even
+    [left, right]
 }
+
+/// T_k at x = 0.
+const MIDDLE: Chebyshev = {
+    let mut t = [0.0; TERMS];
+    let mut k = 0;
+    while k < TERMS {
+        t[k] = if k % 4 == 0 { 1.0 } else { -1.0 };
+        k += 2;
+    }
+    t
+};
+
+/// 1 and -1 in turn: T_k at x = -1.
+const TURNED: Chebyshev = {
+    let mut t = [1.0; TERMS];
+    let mut k = 1;
+    while k < TERMS {
+        t[k] = -1.0;
+        k += 2;
+    }
+    t
+};
 
 /// Sum of the magnitudes from term 1 on: as far as the series can be from its mean.
 #[inline(always)]
 pub fn spread(c: &Chebyshev) -> f64 {
-    let mut sums = [0.0; 8];
-    for group in c.chunks_exact(8) {
+    let mut sums = [0.0; LANES];
+    for group in c.chunks_exact(LANES) {
         for (sum, a) in sums.iter_mut().zip(group) {
             *sum += a.abs();
         }
     }
-    let [a, b, c_, d, e, f, g, h] = sums;
-    ((a + b) + (c_ + d)) + ((e + f) + (g + h)) - c[0].abs()
+    total(sums) - c[0].abs()
 }
 
 /// The first theta in `(low, 1]` at which the series falls below zero, provided it is not negative at `low` >= 0.
@@ -316,25 +309,39 @@ fn search(c: &Chebyshev, from: f64, to: f64, low: f64, depth: u32) -> Option<f64
     if depth == MAX_DEPTH {
         return (dot(c, &[1.0; TERMS]) < 0.0).then_some(to);
     }
-    let first = search(&half(c, false), from, middle, low, depth + 1);
+    let [left, right] = halves(c);
+    let first = search(&left, from, middle, low, depth + 1);
     if first.is_some() {
         return first;
     }
-    if middle > low && at(c, 0.0) < 0.0 {
+    if middle > low && dot(&right, &TURNED) < 0.0 {
         return Some(middle);
     }
-    search(&half(c, true), middle, to, low, depth + 1)
+    search(&right, middle, to, low, depth + 1)
 }
 
 /// The root in [low, 1] of a monotone series that is negative at 1: Newton's method, kept inside by bisection.
 #[inline(always)]
 fn polish(c: &Chebyshev, slope: &Chebyshev, low: f64) -> f64 {
     let (mut low, mut high) = (low, 1.0);
-    let (f_low, f_high) = (at(c, low), dot(c, &[1.0; TERMS]));
+    let f_high = dot(c, &[1.0; TERMS]);
+    let whole = low == -1.0;
+    let f_low = if whole { dot(c, &TURNED) } else { at(c, low) };
     if f_low <= 0.0 {
         return low;
     }
-    let mut x = (low * f_high - high * f_low) / (f_high - f_low);
+    let mut x = if whole {
+        // The parabola of x over f through both ends and the middle.
+        let f = dot(c, &MIDDLE);
+        let (from_low, from_high) = (
+            (f_low - f) * (f_low - f_high),
+            (f_high - f_low) * (f_high - f),
+        );
+        f_low * f / from_high - f * f_high / from_low
+    } else {
+        (low * f_high - high * f_low) / (f_high - f_low)
+    };
+    let mut last = 1.0;
     for _ in 0..100 {
         if !(x > low && x < high) {
             x = 0.5 * (low + high);
@@ -348,9 +355,12 @@ fn polish(c: &Chebyshev, slope: &Chebyshev, low: f64) -> f64 {
         }
         let step = f / rise;
         x -= step;
-        if step.abs() <= LAST_STEP || high - low <= 4.0 * f64::EPSILON {
+        // Each step is the square of the one before, times what the series bends.
+        let (size, before) = (step.abs(), last * last);
+        if size * size * size <= LAST_STEP * before || high - low <= 4.0 * f64::EPSILON {
             break;
         }
+        last = size;
     }
     x.clamp(-1.0, 1.0)
 }
@@ -369,7 +379,6 @@ mod tests {
         // Source: exp(-2 t) sin(5 t), differentiated and integrated by hand.
         let c = series(|t| (-2.0 * t).exp() * (5.0 * t).sin());
         let d = derivative(&c);
-        let i = integral(&c, 1.0, 0.25);
         for t in [0.0f64, 0.2, 0.77, 1.0] {
             let e = (-2.0 * t).exp();
             let (s, k) = (5.0 * t).sin_cos();
@@ -378,7 +387,7 @@ mod tests {
             let slope = 0.5 * e * (5.0 * k - 2.0 * s);
             assert_relative_eq!(value(&d, t), slope, epsilon = 1e-11);
             let area = (5.0 - e * (2.0 * s + 5.0 * k)) / 29.0;
-            assert_relative_eq!(value(&i, t), 0.25 + area, epsilon = 1e-13);
+            assert_relative_eq!(integral_to(&c, t), area, epsilon = 1e-13);
         }
     }
 
@@ -388,12 +397,12 @@ mod tests {
         let c = series(|t| (3.0 * t).cos() + t);
         for t in [0.0, 0.3, 0.9, 1.0] {
             assert_relative_eq!(
-                value(&half(&c, false), t),
+                value(&halves(&c)[0], t),
                 value(&c, 0.5 * t),
                 epsilon = 1e-14
             );
             let right = value(&c, 0.5 + 0.5 * t);
-            assert_relative_eq!(value(&half(&c, true), t), right, epsilon = 1e-14);
+            assert_relative_eq!(value(&halves(&c)[1], t), right, epsilon = 1e-14);
         }
     }
 

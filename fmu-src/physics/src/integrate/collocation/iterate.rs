@@ -13,7 +13,7 @@ const SETTLED: usize = 5;
 /// Least rate of convergence that is believed: the first iterations may come close by accident.
 const LEAST_RATE: f64 = 0.05;
 /// Most iterations about a step solved before, and how far from it they are tried, as a share of the speed over which the
-/// characteristic changes most.
+/// characteristic changes most: as far as [`Characteristic::third_near`] holds.
 const MAX_NEAR: usize = 6;
 const NEAR: f64 = 0.5;
 /// Times too rough, from which on a step is given up before it has converged.
@@ -75,13 +75,13 @@ impl<'a> Iteration<'a> {
     /// Iterates with the characteristic's Taylor polynomial of degree 2 about the speeds of a step solved before, up to what
     /// it leaves out, `|p'''| |u - u_known|^3 / 6`; true where that does not matter and the step is solved.
     #[inline(always)]
-    pub(super) fn about(&mut self, known: &Along, step: &mut Step) -> bool {
-        let third = self.law.third() * self.unit / 6.0;
+    pub(super) fn about(&mut self, known: &Along, renew: bool, step: &mut Step) -> bool {
+        let third = known.third * self.unit / 6.0;
         let mut apart = self.change;
         if !(apart < NEAR * self.law.scale()) {
             return false;
         }
-        for _ in 0..MAX_NEAR {
+        for iteration in 1..=MAX_NEAR {
             let (mut force, mut slope) = (known.force, known.slope);
             for i in 0..NODES {
                 let e = self.u[i] - known.speed[i];
@@ -97,13 +97,14 @@ impl<'a> Iteration<'a> {
             self.rate = (self.change / before).max(LEAST_RATE);
             let left_out = third * apart * apart * apart;
             apart += self.change;
-            if self.change * self.rate < left_out {
-                return false;
-            }
             if self.is_done(&force, step) {
                 step.slope = slope;
-                step.along = None;
+                step.iterations = iteration;
+                step.along = renew.then(|| self.along(self.u, self.law.at(&self.u)));
                 return left_out < self.goal.speed;
+            }
+            if self.change * self.rate < left_out && left_out > self.goal.speed {
+                return false;
             }
         }
         false
@@ -138,16 +139,22 @@ impl<'a> Iteration<'a> {
             }
             if self.is_done(&force, step) {
                 step.slope = slope;
-                step.along = Some(Along {
-                    speed,
-                    force,
-                    slope,
-                    half_bend,
-                });
+                step.along = Some(self.along(speed, (force, slope, half_bend)));
                 return true;
             }
         }
         false
+    }
+
+    #[inline(always)]
+    fn along(&self, speed: Nodes, (force, slope, half_bend): (Nodes, Nodes, Nodes)) -> Along {
+        Along {
+            speed,
+            force,
+            slope,
+            half_bend,
+            third: self.law.third_near(&half_bend),
+        }
     }
 
     /// The next speeds, from the forces at the present ones.
@@ -194,7 +201,7 @@ pub(super) fn free_speed(response: &Response, state: &State, sign: f64, belt: f6
     for (column, x) in response.free.iter().zip(state) {
         let x = sign * x;
         for i in 0..NODES {
-            free[i] = column[i].mul_add(x, free[i]);
+            free[i] = column.0[i].mul_add(x, free[i]);
         }
     }
     free

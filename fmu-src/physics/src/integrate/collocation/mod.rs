@@ -29,10 +29,10 @@ mod vary;
 
 pub use characteristic::Characteristic;
 pub use chebyshev::{
-    Chebyshev, LANES, end, first_below_zero, from_values, integral, places, spread, value, values,
+    Chebyshev, first_below_zero, from_values, integral_to, places, spread, value, value_in_any,
     without_first_root,
 };
-pub use expand::expand;
+pub use expand::{Course, expand};
 pub use oscillator::Oscillator;
 pub use response::{LEVELS, Ladder, Response};
 pub use solve::{Along, Begin, Expected, Goal, Step, Tangent, solve};

@@ -4,9 +4,15 @@ use super::{NODES, Nodes};
 
 const HALF: usize = NODES / 2;
 
+/// Something that begins on a border of the processor's cache lines: vectors as wide as a line would else be read from two.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C, align(64))]
+pub(super) struct Aligned<T>(pub(super) T);
+
 /// Matrix, given by its columns, times a list. Four sums side by side, so that none waits long for the one before.
 #[inline(always)]
-pub(super) fn product(columns: &[Nodes; NODES], x: &Nodes) -> Nodes {
+pub(super) fn product(columns: &Aligned<[Nodes; NODES]>, x: &Nodes) -> Nodes {
+    let columns = &columns.0;
     let x = apart(*x);
     let (mut a, mut b) = ([0.0; NODES], [0.0; NODES]);
     let (mut c, mut d) = ([0.0; NODES], [0.0; NODES]);
@@ -27,8 +33,8 @@ pub(super) fn product(columns: &[Nodes; NODES], x: &Nodes) -> Nodes {
 /// Keeps a sum of columns apart from what is done with it: together, the compiler forms vectors of two for the reductions
 /// that follow, and the sums with them.
 #[inline(always)]
-fn apart(values: Nodes) -> Nodes {
-    std::hint::black_box(values)
+pub(super) fn apart<const N: usize>(values: [f64; N]) -> [f64; N] {
+    std::hint::black_box(Aligned(values)).0
 }
 
 /// Sum of the products of two lists, in an order that vectors of any width keep.
@@ -41,7 +47,7 @@ pub(super) fn dot(a: &Nodes, b: &Nodes) -> f64 {
     for i in 0..HALF {
         s[i] = a[HALF + i].mul_add(b[HALF + i], s[i]);
     }
-    let s = std::hint::black_box(s);
+    let s = apart(s);
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
 }
 
@@ -53,7 +59,7 @@ pub(super) fn largest(values: &Nodes) -> f64 {
     for i in 0..HALF {
         s[i] = larger(values[i], values[HALF + i]);
     }
-    let s = std::hint::black_box(s);
+    let s = apart(s);
     larger(
         larger(larger(s[0], s[4]), larger(s[2], s[6])),
         larger(larger(s[1], s[5]), larger(s[3], s[7])),

@@ -2,13 +2,15 @@
 
 use super::chebyshev::{Chebyshev, dot, from_values, places, polynomials};
 use super::gauss::{gauss, rule};
-use super::{NODES, Nodes, Oscillator, TERMS, nodes};
+use super::nodes::{self, Aligned};
+use super::{NODES, Nodes, Oscillator, TERMS};
 use crate::integrate::{MAX_STATES, State};
 use nalgebra::SMatrix;
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::OnceLock;
 
-/// Number of step lengths, each half of the one before.
-pub const LEVELS: usize = 20;
+/// Number of step lengths, each the one before divided by the square root of two.
+pub const LEVELS: usize = 39;
 /// Longest step times highest angular frequency.
 const LONGEST: f64 = 4.0;
 /// Points of the rule by which responses are integrated: more than enough for polynomials of degree 15 times an
@@ -26,7 +28,7 @@ pub(super) struct Linearised {
     /// The slopes k_i in N s/m at the nodes.
     pub(super) slopes: Nodes,
     /// (1 + G diag k)^-1 G, column by column.
-    pub(super) response: [Nodes; NODES],
+    pub(super) response: Aligned<[Nodes; NODES]>,
 }
 
 /// Class of a slope times mobility and length: 0 for flat ones, then falling ones, then rising ones by half octaves, which are
@@ -55,23 +57,35 @@ fn middle(class: usize) -> f64 {
     sign * FLATTEST * fraction * f64::from(1u32 << (half / 2))
 }
 
+/// States at the end of a step that are worked out at once.
+pub(super) const BLOCK: usize = 8;
+
+/// Some states at the end of a step, q and q' of each oscillator in turn.
+#[derive(Default)]
+pub(super) struct End {
+    /// Each from itself, and from the other of its oscillator, at the begin.
+    pub(super) own: [f64; BLOCK],
+    pub(super) other: [f64; BLOCK],
+    /// From a unit force at each node.
+    pub(super) forced: Aligned<[[f64; BLOCK]; NODES]>,
+}
+
 /// Responses over a step of one length. Matrices are lists of columns.
 pub struct Response {
     /// Length in s.
     pub length: f64,
     /// `phi q'` at the nodes from unit states, summed over the oscillators.
-    pub(super) free: Vec<Nodes>,
+    pub(super) free: Vec<Aligned<Nodes>>,
     /// G of the module's equation, in m/s per N.
     pub(super) forced: [Nodes; NODES],
     /// The same as series.
-    pub(super) free_series: Vec<Chebyshev>,
-    pub(super) forced_series: [Chebyshev; NODES],
-    /// The states at the end: q and q' of each oscillator from its own unit states, and from a unit force at each node.
-    pub(super) end: Vec<[[f64; 2]; 2]>,
-    pub(super) forced_end: Vec<[f64; NODES]>,
+    pub(super) free_series: Vec<Aligned<Chebyshev>>,
+    pub(super) forced_series: Aligned<[Chebyshev; NODES]>,
+    /// The states at the end, some at once.
+    pub(super) end: Vec<End>,
     /// Series of the states, q and q' in turn: from the own unit states, and term by term from the force at each node.
-    free_states: Vec<[Chebyshev; 2]>,
-    forced_states: Vec<[Nodes; TERMS]>,
+    free_states: Vec<Aligned<[Chebyshev; 2]>>,
+    forced_states: Vec<Aligned<[Nodes; TERMS]>>,
     /// Linearised steps by the classes of the slopes at the first and at the last node.
     linearised: Vec<OnceLock<Box<Linearised>>>,
 }
@@ -108,7 +122,8 @@ impl Ladder {
     pub fn length(&self, level: usize) -> f64 {
         let highest = self.oscillators.iter().map(|o| o.frequency);
         let highest = highest.fold(0.0, f64::max);
-        LONGEST / highest * 0.5f64.powi(level as i32)
+        let odd = if level % 2 == 1 { FRAC_1_SQRT_2 } else { 1.0 };
+        LONGEST / highest * odd * 0.5f64.powi((level / 2) as i32)
     }
 
     /// The responses at `level`, from 0 to [`LEVELS`] - 1.
@@ -156,12 +171,13 @@ impl Response {
         let states = 2 * oscillators.len();
         let mut out = Self {
             length,
-            free: vec![[0.0; NODES]; states],
+            free: vec![Aligned([0.0; NODES]); states],
             forced: [[0.0; NODES]; NODES],
-            free_series: vec![[0.0; TERMS]; states],
-            forced_series: [[0.0; TERMS]; NODES],
-            end: Vec::new(),
-            forced_end: Vec::new(),
+            free_series: vec![Aligned([0.0; TERMS]); states],
+            forced_series: Aligned([[0.0; TERMS]; NODES]),
+            end: (0..states.div_ceil(BLOCK))
+                .map(|_| End::default())
+                .collect(),
             free_states: Vec::new(),
             forced_states: Vec::new(),
             linearised: (0..CLASSES * CLASSES).map(|_| OnceLock::new()).collect(),
@@ -187,7 +203,7 @@ impl Response {
                 .collect();
             for i in 0..NODES {
                 for from in 0..2 {
-                    out.free[2 * j + from][i] = o.seen * free[i][from][1];
+                    out.free[2 * j + from].0[i] = o.seen * free[i][from][1];
                 }
                 for node in 0..NODES {
                     out.forced[node][i] += o.seen * forced[i][1][node];
@@ -202,20 +218,28 @@ impl Response {
                 if what == 1 {
                     for k in 0..TERMS {
                         for from in 0..2 {
-                            out.free_series[2 * j + from][k] = o.seen * of_states[from][k];
+                            out.free_series[2 * j + from].0[k] = o.seen * of_states[from][k];
                         }
                         for node in 0..NODES {
-                            out.forced_series[node][k] += o.seen * of_forces[node][k];
+                            out.forced_series.0[node][k] += o.seen * of_forces[node][k];
                         }
                     }
                 }
-                out.free_states.push(of_states);
-                out.forced_states.push(std::array::from_fn(|k| {
+                out.free_states.push(Aligned(of_states));
+                out.forced_states.push(Aligned(std::array::from_fn(|k| {
                     std::array::from_fn(|node| of_forces[node][k])
-                }));
+                })));
             }
-            out.end.push(free[NODES + TERMS]);
-            out.forced_end.extend(forced[NODES + TERMS]);
+            let (free, forced) = (free[NODES + TERMS], forced[NODES + TERMS]);
+            let end = &mut out.end[2 * j / BLOCK];
+            for what in 0..2 {
+                let i = 2 * j % BLOCK + what;
+                end.own[i] = free[what][what];
+                end.other[i] = free[1 - what][what];
+                for node in 0..NODES {
+                    end.forced.0[node][i] = forced[what][node];
+                }
+            }
         }
         out
     }
@@ -261,7 +285,7 @@ impl Response {
         };
         Some(Linearised {
             slopes,
-            response: columns(&response),
+            response: Aligned(columns(&response)),
         })
     }
 
@@ -273,7 +297,7 @@ impl Response {
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
 fn state_at(response: &Response, theta: f64, x: &State, sign: f64, capacity: &Nodes) -> State {
-    let terms = polynomials(theta);
+    let terms = nodes::apart(polynomials(theta));
     let mut out = [0.0; MAX_STATES];
     for (i, (own, forced)) in response
         .free_states
@@ -281,14 +305,20 @@ fn state_at(response: &Response, theta: f64, x: &State, sign: f64, capacity: &No
         .zip(&response.forced_states)
         .enumerate()
     {
-        let mut parts = [0.0; NODES];
-        for (term, forced) in terms.iter().zip(forced) {
+        // Two sums side by side, so that none waits long for the one before.
+        let (mut parts, mut odd) = ([0.0; NODES], [0.0; NODES]);
+        for k in (0..TERMS).step_by(2) {
             for node in 0..NODES {
-                parts[node] = term.mul_add(forced[node], parts[node]);
+                parts[node] = terms[k].mul_add(forced.0[k][node], parts[node]);
+                odd[node] = terms[k + 1].mul_add(forced.0[k + 1][node], odd[node]);
             }
         }
+        for node in 0..NODES {
+            parts[node] += odd[node];
+        }
+        let parts = nodes::apart(parts);
         let first = i - i % 2;
-        let free = dot(&own[0], &terms) * x[first] + dot(&own[1], &terms) * x[first + 1];
+        let free = dot(&own.0[0], &terms) * x[first] + dot(&own.0[1], &terms) * x[first + 1];
         out[i] = free - sign * nodes::dot(&parts, capacity);
     }
     out
@@ -320,7 +350,7 @@ mod tests {
                     let exact = 3.0 / w * angle.sin();
                     assert_relative_eq!(at(theta)[2 * j + 1], exact, epsilon = 1e-14);
                 }
-                let end: f64 = r.forced_end[2 * j].iter().sum();
+                let end: f64 = r.end[0].forced.0.iter().map(|f| f[2 * j]).sum();
                 let whole: f64 = w * r.length;
                 let exact = 3.0 / (w * w) * (1.0 - whole.cos());
                 assert_relative_eq!(end, exact, epsilon = 1e-15);

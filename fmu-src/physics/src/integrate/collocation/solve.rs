@@ -44,6 +44,7 @@ pub struct Begin<'a> {
 
 /// The characteristic at the nodes of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C, align(64))]
 pub struct Along {
     /// Sliding speed u in m/s.
     pub speed: Nodes,
@@ -53,6 +54,8 @@ pub struct Along {
     pub slope: Nodes,
     /// Half the second derivative, p''/2 in N s^2/m^2.
     pub half_bend: Nodes,
+    /// A bound of the third derivative in N s^3/m^3 near these speeds ([`Characteristic::third_near`]).
+    pub third: f64,
 }
 
 impl Along {
@@ -72,11 +75,17 @@ pub enum Expected<'a> {
     /// Speeds near its begin.
     Tangent(Tangent),
     /// Speeds near those of a step of the same length that was solved before.
-    Known(&'a Along),
+    Known {
+        /// The characteristic along that step.
+        along: &'a Along,
+        /// Whether it is to be worked out anew along this one, although it need not.
+        renew: bool,
+    },
 }
 
 /// A step solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C, align(64))]
 pub struct Step {
     /// Force p in N at the nodes.
     pub capacity: Nodes,
@@ -84,6 +93,8 @@ pub struct Step {
     pub slope: Nodes,
     /// The characteristic at the nodes, where it was worked out, and not taken from a step that was solved before.
     pub along: Option<Along>,
+    /// Iterations about the step solved before, where nothing had to be worked out.
+    pub iterations: usize,
     /// Largest sliding speed in m/s at the nodes.
     pub fastest: f64,
     /// The larger of the two last Legendre coefficients of p, as the change of speed in m/s that it would make over the step
@@ -116,12 +127,12 @@ fn solve_in_any(
 ) -> bool {
     let on = (ladder, response);
     match expected {
-        Expected::Known(known) => {
-            let slopes = [known.slope[0], known.slope[NODES - 1]];
-            let near = (&known.force, &known.speed);
+        Expected::Known { along, renew } => {
+            let slopes = [along.slope[0], along.slope[NODES - 1]];
+            let near = (&along.force, &along.speed);
             let mut iteration = Iteration::start(on, begin, goal, slopes, near);
             !iteration.runs_over()
-                && (iteration.about(known, step) || iteration.iterate(false, step))
+                && (iteration.about(along, renew, step) || iteration.iterate(false, step))
         }
         Expected::Tangent(t) => {
             let near = (&[t.force; NODES], &[t.speed; NODES]);
@@ -136,7 +147,7 @@ mod tests {
     use super::*;
     use crate::integrate::MAX_STATES;
     use crate::integrate::collocation::expand::expand_in_any;
-    use crate::integrate::collocation::{Oscillator, TERMS, expand};
+    use crate::integrate::collocation::{Course, Oscillator, expand};
 
     // Source: the same functions compiled for the least processor, where every product is fused by the library.
     #[test]
@@ -185,12 +196,10 @@ mod tests {
                     continue;
                 }
                 solved += 1;
-                let (mut a, mut b) = ([0.0; MAX_STATES], [0.0; MAX_STATES]);
-                let (mut wide, mut narrow) = ([0.0; TERMS], [0.0; TERMS]);
-                let force = &step.capacity;
-                expand(response, &begin, force, &mut wide, &mut a);
-                expand_in_any(response, &begin, force, &mut narrow, &mut b);
-                assert_eq!((wide, a), (narrow, b));
+                let (mut wide, mut narrow) = (Course::REST, Course::REST);
+                expand(response, &begin, &step.capacity, &mut wide);
+                expand_in_any(response, &begin, &step.capacity, &mut narrow);
+                assert_eq!(wide, narrow);
             }
         }
         assert!(solved > 100, "{solved}");

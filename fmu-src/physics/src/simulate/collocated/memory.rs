@@ -2,7 +2,7 @@
 //! iterations.
 
 use crate::integrate::State;
-use crate::integrate::collocation::{Along, Oscillator, Tangent};
+use crate::integrate::collocation::{Along, Oscillator, Step, Tangent};
 
 /// Slips that are remembered.
 const SLIPS: usize = 16;
@@ -11,6 +11,10 @@ const STEPS: usize = 48;
 /// One slip of so many follows no other: following only ever makes steps shorter. A prime, so that the slips of a motion
 /// of many periods take turns.
 const FRESH: usize = 11;
+
+/// Slips in a row that took more than three iterations for two steps, after which one is worked out although it need not: those
+/// that follow will be nearer to it.
+const HARD: usize = 2;
 
 /// A step of slip.
 #[derive(Clone)]
@@ -40,6 +44,14 @@ pub(super) struct Memory {
     /// The slip that is being made, and which of the others it follows.
     present: Slip,
     followed: Option<usize>,
+    /// Steps of the present slip that are those of the one it follows, and are not copied yet.
+    taken: usize,
+    /// Iterations that they took.
+    iterations: usize,
+    /// Slips in a row that took many.
+    hard: usize,
+    /// Whether the present slip is worked out for the sake of those to come.
+    renews: bool,
     /// The size that counts of each state of the oscillators, in m/s per its unit.
     weight: Vec<f64>,
 }
@@ -58,6 +70,10 @@ impl Memory {
             worked_out: false,
             present: Slip::default(),
             followed: None,
+            taken: 0,
+            iterations: 0,
+            hard: 0,
+            renews: false,
             weight,
         }
     }
@@ -71,13 +87,20 @@ impl Memory {
                 std::mem::swap(&mut self.slips[self.oldest], &mut self.present);
                 self.oldest = (self.oldest + 1) % SLIPS;
             }
-            self.remembered += 1;
+            self.remembered += usize::from(!self.renews);
         }
+        let is_fresh = self.worked_out && !self.renews && self.remembered.is_multiple_of(FRESH);
+        let is_hard = !self.worked_out && 2 * self.iterations > 3 * self.taken;
+        self.hard = if is_hard { self.hard + 1 } else { 0 };
+        self.renews = self.hard == HARD;
+        self.worked_out = false;
+        self.iterations = 0;
         self.present.steps.clear();
         self.present.sign = sign;
         self.present.state = *x;
         self.followed = None;
-        if std::mem::take(&mut self.worked_out) && self.remembered.is_multiple_of(FRESH) {
+        self.taken = 0;
+        if is_fresh {
             return;
         }
         let mut nearest = f64::INFINITY;
@@ -98,7 +121,12 @@ impl Memory {
     /// The step that is expected next.
     pub(super) fn expected(&self) -> Option<&Known> {
         let slip = &self.slips[self.followed?];
-        slip.steps.get(self.present.steps.len())
+        slip.steps.get(self.taken + self.present.steps.len())
+    }
+
+    /// Whether the present slip is to be worked out although it need not.
+    pub(super) fn renews(&self) -> bool {
+        self.renews
     }
 
     /// How many slips had to be worked out.
@@ -109,25 +137,39 @@ impl Memory {
 
     /// Follows no other slip any more.
     pub(super) fn leave(&mut self) {
+        self.copy_taken();
         self.followed = None;
     }
 
-    /// Remembers the next step, with the characteristic along it if that was worked out; its tangent at the last node.
-    pub(super) fn remember(&mut self, level: usize, along: Option<&Along>) -> Tangent {
-        let place = self.present.steps.len();
-        let (along, worked_out) = match (along, self.followed) {
-            (Some(along), _) => (along, true),
-            (None, Some(followed)) => (&self.slips[followed].steps[place].along, false),
-            (None, None) => unreachable!("taken from a step that is not followed"),
+    fn copy_taken(&mut self) {
+        if let Some(followed) = self.followed {
+            let steps = &mut self.present.steps;
+            let rest = self.slips[followed].steps.iter().skip(steps.len());
+            steps.extend(rest.take(std::mem::take(&mut self.taken)).cloned());
+        }
+    }
+
+    /// Remembers the next step, which was solved at `level`; the tangent of the characteristic at its last node.
+    pub(super) fn remember(&mut self, level: usize, step: &Step) -> Tangent {
+        let Some(along) = &step.along else {
+            let known = self.expected().expect("taken from a step that is followed");
+            let tangent = known.along.last();
+            // Only a slip that differs will be remembered.
+            self.taken += 1;
+            self.iterations += step.iterations;
+            if self.worked_out {
+                self.copy_taken();
+            }
+            return tangent;
         };
-        let tangent = along.last();
-        if place < STEPS {
+        self.copy_taken();
+        if self.present.steps.len() < STEPS {
             let along = *along;
             self.present.steps.push(Known { level, along });
-            self.worked_out |= worked_out;
+            self.worked_out = true;
         } else {
             self.followed = None;
         }
-        tangent
+        along.last()
     }
 }

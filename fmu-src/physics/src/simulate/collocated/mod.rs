@@ -38,6 +38,14 @@ fn has_fused_products() -> bool {
     return cfg!(target_arch = "aarch64");
 }
 
+/// How long a step was, and how rough.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pace {
+    level: usize,
+    /// In m/s.
+    roughness: f64,
+}
+
 /// A run of the reference model by collocation, piece by piece.
 #[derive(Clone)]
 pub(crate) struct Collocated {
@@ -65,10 +73,9 @@ pub(crate) struct Collocated {
     tangent: Tangent,
     /// Friction at rest.
     at_rest: Tangent,
-    /// Length of the last step of slip.
-    level: usize,
-    /// Length of the step that left v_r = 0 last.
-    departure_level: usize,
+    /// The last step of slip, and the one that left v_r = 0 last.
+    pace: Pace,
+    departure: Pace,
     transition_count: u64,
     memory: Memory,
     /// The step that is being made.
@@ -123,8 +130,8 @@ impl Collocated {
             rise,
             tangent: law.tangent(speed),
             at_rest: law.tangent(0.0),
-            level: 0,
-            departure_level: 0,
+            pace: Pace::default(),
+            departure: Pace::default(),
             transition_count: run.transition_count(),
             step: Step::default(),
             variation: None,

@@ -3,7 +3,7 @@
 use super::structure::Structure;
 use crate::contact::ContactMode;
 use crate::integrate::State;
-use crate::integrate::collocation::{Chebyshev, NODES, Nodes, TERMS, integral, spread};
+use crate::integrate::collocation::{Chebyshev, Course, NODES, Nodes, integral_to};
 
 /// A piece of motion on [start, end].
 #[derive(Clone)]
@@ -19,9 +19,9 @@ pub(crate) struct Piece {
     /// State at the start.
     pub(crate) state: State,
     level: usize,
+    /// Of a step of slip: friction in N at its nodes, its motion, and the belt's velocity in m/s.
     capacity: Nodes,
-    /// Sliding speed in m/s in slip, and the belt's velocity.
-    speed: Chebyshev,
+    pub(super) course: Course,
     belt: f64,
 }
 
@@ -36,7 +36,7 @@ impl Piece {
             state: *x,
             level: 0,
             capacity: [0.0; NODES],
-            speed: [0.0; TERMS],
+            course: Course::REST,
             belt: 0.0,
         }
     }
@@ -49,12 +49,11 @@ impl Piece {
         self.state = *x;
     }
 
-    /// What a step of slip knows: its level, the friction in N at its nodes and the sliding speed.
-    pub(super) fn slides(&mut self, level: usize, belt: f64, capacity: &Nodes, speed: &Chebyshev) {
+    /// What a step of slip knows beside its course: its level and the friction in N at its nodes.
+    pub(super) fn slides(&mut self, level: usize, belt: f64, capacity: &Nodes) {
         self.level = level;
         self.belt = belt;
         self.capacity = *capacity;
-        self.speed = *speed;
     }
 
     /// Normalised time of `t` in s.
@@ -89,20 +88,21 @@ impl Piece {
     /// Velocity of the tip in m/s over a piece of slip.
     pub(crate) fn velocity(&self) -> Chebyshev {
         let sign = self.mode.sign();
-        let mut out = self.speed.map(|c| sign * c);
+        let mut out = self.course.speed.map(|c| sign * c);
         out[0] += self.belt;
         out
     }
 
     /// Whether the velocity of the tip certainly keeps the sign that is given over a piece of slip, as far as is told at once.
     pub(crate) fn keeps_direction(&self, rising: bool) -> bool {
-        let mean = self.mode.sign() * self.speed[0] + self.belt;
+        let mean = self.mode.sign() * self.course.speed[0] + self.belt;
         let mean = if rising { mean } else { -mean };
-        mean >= spread(&self.speed)
+        mean >= self.course.spread
     }
 
-    /// Displacement of the tip in m, from that at the start.
-    pub(crate) fn displacement(&self, start: f64) -> Chebyshev {
-        integral(&self.velocity(), self.length, start)
+    /// Way in m of the tip from the start of a piece of slip to `theta`.
+    pub(crate) fn way_to(&self, theta: f64) -> f64 {
+        let sliding = self.mode.sign() * integral_to(&self.course.speed, theta);
+        self.length * (sliding + self.belt * theta)
     }
 }

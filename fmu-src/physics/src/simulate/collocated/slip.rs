@@ -1,11 +1,13 @@
 //! Slip: a step as long as its friction is smooth, ended early where v_r comes back to zero.
 
-use super::Collocated;
+use super::{Collocated, Pace};
+use crate::integrate::State;
 use crate::integrate::collocation::{
-    Begin, Chebyshev, Expected, LEVELS, NODES, TERMS, end, expand, first_below_zero, solve,
-    without_first_root,
+    Begin, Expected, LEVELS, NODES, expand, first_below_zero, solve, without_first_root,
 };
-use crate::integrate::{MAX_STATES, State};
+
+/// Roughness that is aimed at, as a share of what is allowed.
+const AIM: f64 = 0.05;
 
 impl Collocated {
     /// One step of slip; false where none is short enough to converge.
@@ -19,37 +21,36 @@ impl Collocated {
             Some(known) => known.level,
             None => self.first_level(),
         };
-        let mut after = [0.0; MAX_STATES];
         loop {
             if !self.solved(&mut level, sign, &x) {
                 return false;
             }
             let (step, response) = (&self.step, self.structure.ladder.response(level));
-            let begin = self.begin(sign, &x);
-            let mut speed = [0.0; TERMS];
-            expand(response, &begin, &step.capacity, &mut speed, &mut after);
+            let begin = Begin {
+                state: &x,
+                sign,
+                belt: self.belt,
+                law: &self.law,
+            };
+            expand(response, &begin, &step.capacity, &mut self.piece.course);
             // Inside a step its polynomial counts, which is not as good as its end.
             let inner = step.roughness / (8 * NODES) as f64;
             let shorter = level + 1 < LEVELS && inner > 10.0 * self.tolerance * self.scale;
-            if shorter && self.comes_near(&speed, sign, inner) {
+            if shorter && self.comes_near(sign, inner) {
                 level += 1;
                 self.memory.leave();
                 continue;
             }
-            let root = if self.departed {
-                first_below_zero(&speed, 0.0)
-            } else {
-                // From rest, v_r = 0 at the begin is a root of its own that must not be found: divide it out.
-                first_below_zero(&without_first_root(&speed), 0.0)
-            };
-            self.level = level;
+            let root = self.arrival(0.0);
+            let roughness = step.roughness;
+            self.pace = Pace { level, roughness };
             if !self.departed {
-                self.departure_level = level;
+                self.departure = self.pace;
             }
-            let tangent = self.memory.remember(level, step.along.as_ref());
+            let tangent = self.memory.remember(level, step);
             let length = response.length;
             self.piece.begin(t, length, &x, self.front_mode);
-            self.piece.slides(level, self.belt, &step.capacity, &speed);
+            self.piece.slides(level, self.belt, &step.capacity);
             self.vary_slip(level, sign);
             match root {
                 Some(theta) if theta * length > 0.0 => {
@@ -57,25 +58,15 @@ impl Collocated {
                     self.land(t + theta * length, x);
                 }
                 _ => {
-                    let (speed, rise) = end(&speed);
+                    let [speed, rise] = self.piece.course.last;
                     self.rise = rise / length;
                     self.speed = speed;
                     self.tangent = tangent;
                     self.departed = true;
-                    let t = self.piece.end;
-                    self.go_on(t, after);
+                    self.go_on(self.piece.end, self.piece.course.end);
                 }
             }
             return true;
-        }
-    }
-
-    fn begin<'a>(&'a self, sign: f64, x: &'a State) -> Begin<'a> {
-        Begin {
-            state: x,
-            sign,
-            belt: self.belt,
-            law: &self.law,
         }
     }
 
@@ -84,7 +75,10 @@ impl Collocated {
         let share = 10.0 * self.tolerance.sqrt();
         while *level < LEVELS {
             let expected = match self.memory.expected() {
-                Some(known) => Expected::Known(&known.along),
+                Some(known) => Expected::Known {
+                    along: &known.along,
+                    renew: self.memory.renews(),
+                },
                 None => Expected::Tangent(self.tangent),
             };
             let ladder = &self.structure.ladder;
@@ -108,24 +102,37 @@ impl Collocated {
         false
     }
 
+    /// Where in the step the contact comes to rest, or as near to it as `inner` in m/s.
+    fn arrival(&self, inner: f64) -> Option<f64> {
+        let course = &self.piece.course;
+        if !self.departed {
+            // From rest, v_r = 0 at the begin is a root of its own that must not be found: divide it out.
+            return first_below_zero(&without_first_root(&course.speed), 0.0);
+        }
+        if course.speed[0] - inner >= course.spread {
+            return None;
+        }
+        let mut gap = course.speed;
+        gap[0] -= inner;
+        first_below_zero(&gap, 0.0)
+    }
+
     /// Whether an error of `inner` in m/s could hide or feign an arrival, or a turning point of the tip.
-    fn comes_near(&self, speed: &Chebyshev, sign: f64, inner: f64) -> bool {
-        let below = |mut gap: Chebyshev| {
-            gap[0] -= inner;
+    fn comes_near(&self, sign: f64, inner: f64) -> bool {
+        // The tip turns where the sliding speed is the belt's.
+        let course = &self.piece.course;
+        let ahead = if self.begin_gap(sign) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let mean = ahead * (course.speed[0] + sign * self.belt) - inner;
+        let turns = || {
+            let mut gap = course.speed.map(|c| ahead * c);
+            gap[0] = mean;
             first_below_zero(&gap, 0.0).is_some()
         };
-        let arrives = if self.departed {
-            below(*speed)
-        } else {
-            first_below_zero(&without_first_root(speed), 0.0).is_some()
-        };
-        // The tip turns where the sliding speed is the belt's.
-        let mut gap = *speed;
-        gap[0] += sign * self.belt;
-        if self.begin_gap(sign) < 0.0 {
-            gap.iter_mut().for_each(|c| *c = -*c);
-        }
-        arrives || below(gap)
+        self.arrival(inner).is_some() || (!(mean >= course.spread) && turns())
     }
 
     /// How much faster in m/s the contact slides at the front than at a turning point.
@@ -133,12 +140,15 @@ impl Collocated {
         self.speed + sign * self.belt
     }
 
-    /// The level to try first: that of the last departure, or one longer than the last, unless the slip is about to end.
+    /// The level to try first: as long as the last step was smooth, unless the slip is about to end.
     fn first_level(&self) -> usize {
         if !self.departed {
-            return self.departure_level;
+            return self.longer(&self.departure);
         }
-        let mut level = self.level.saturating_sub(1);
+        // An octave more is tried in any case: what slides faster gets smoother.
+        let mut level = self
+            .longer(&self.pace)
+            .min(self.pace.level.saturating_sub(2));
         if self.rise < 0.0 {
             let longest = (self.speed + self.goal.overshoot) / -self.rise;
             while level + 1 < LEVELS && self.structure.ladder.length(level) > longest {
@@ -146,5 +156,14 @@ impl Collocated {
             }
         }
         level
+    }
+
+    /// The level of a step that is about as rough as wanted, from that of another: the last coefficients of a polynomial
+    /// follow the power of the length that they belong to.
+    fn longer(&self, pace: &Pace) -> usize {
+        let spare = AIM * self.goal.roughness / pace.roughness.max(f64::MIN_POSITIVE);
+        // Half an octave each.
+        let levels = spare.log2().max(0.0) / (0.5 * (NODES - 1) as f64);
+        pace.level.saturating_sub(levels as usize)
     }
 }

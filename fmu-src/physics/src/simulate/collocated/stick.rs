@@ -1,8 +1,9 @@
 //! Stick: one product of matrix and state for each long step, and the break-away that ends it.
 
 use super::Collocated;
+use super::structure::Stuck;
 use crate::contact::ContactMode;
-use crate::integrate::collocation::{Chebyshev, first_below_zero, spread};
+use crate::integrate::collocation::{Chebyshev, first_below_zero};
 
 /// Most steps in one piece.
 const STEPS: usize = 16;
@@ -13,10 +14,11 @@ impl Collocated {
         let step = &self.structure.stick;
         let (t, start) = (self.front, self.front_state);
         let mut x = start;
+        let mut stuck = Stuck::REST;
         for steps in 0..STEPS {
-            let (force, after) = step.take(&x);
-            if !(spread(&force) + force[0].abs() < self.limit)
-                && let Some(theta) = self.exceeded(&force)
+            step.take(&x, &mut stuck);
+            if !(stuck.spread + stuck.force[0].abs() < self.limit)
+                && let Some(theta) = self.exceeded(&stuck.force)
             {
                 let part = (steps as f64 + theta) * step.length;
                 let x = step.state_at(theta * step.length, &x);
@@ -25,7 +27,7 @@ impl Collocated {
                 self.vary_stick(part);
                 return self.break_away(t + part, x);
             }
-            x = after;
+            x = stuck.end;
         }
         let length = STEPS as f64 * step.length;
         self.piece.begin(t, length, &start, ContactMode::Stuck);

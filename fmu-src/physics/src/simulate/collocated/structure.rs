@@ -3,7 +3,7 @@
 use super::super::InMode;
 use crate::contact::ContactMode;
 use crate::integrate::collocation::{
-    Chebyshev, Ladder, Oscillator, TERMS, from_values, places, value,
+    Chebyshev, Ladder, Oscillator, TERMS, from_values, places, spread, value_in_any,
 };
 use crate::integrate::linear::LinearSystem;
 use crate::integrate::{MAX_STATES, Scales, Segment, State, row_of};
@@ -29,10 +29,29 @@ pub(super) struct StickStep {
     pub(super) length: f64,
     /// Constraint force in N.
     force: Vec<Chebyshev>,
-    /// All states.
+    /// Each state, from all unit states in turn.
     states: Vec<Vec<Chebyshev>>,
     /// The states at the end.
     end: Vec<State>,
+}
+
+/// The motion along one step of stick.
+pub(super) struct Stuck {
+    /// Constraint force in N.
+    pub(super) force: Chebyshev,
+    /// How far in N it can be from its mean.
+    pub(super) spread: f64,
+    /// The states at the end.
+    pub(super) end: State,
+}
+
+impl Stuck {
+    /// Nothing yet.
+    pub(super) const REST: Self = Self {
+        force: [0.0; TERMS],
+        spread: 0.0,
+        end: [0.0; MAX_STATES],
+    };
 }
 
 thread_local! {
@@ -95,7 +114,7 @@ impl StickStep {
         let mut out = Self {
             length,
             force: Vec::new(),
-            states: Vec::new(),
+            states: vec![Vec::new(); dimension],
             end: Vec::new(),
         };
         for i in 0..dimension {
@@ -118,43 +137,36 @@ impl StickStep {
             };
             let force = |x: &State| row.iter().zip(x).map(|(a, b)| a * b).sum();
             out.force.push(series(&force));
-            out.states
-                .push((0..dimension).map(|j| series(&|x| x[j])).collect());
+            for (j, columns) in out.states.iter_mut().enumerate() {
+                columns.push(series(&|x| x[j]));
+            }
             out.end.push(at(length));
         }
         out
     }
 
-    /// The constraint force in N over one step from `x`, and the state after it.
-    pub(super) fn take(&self, x: &State) -> (Chebyshev, State) {
-        take(self, x)
-    }
-
-    fn after(&self, x: &State) -> State {
-        take(self, x).1
+    /// One step from `x`.
+    pub(super) fn take(&self, x: &State, into: &mut Stuck) {
+        take(self, x, into);
     }
 
     /// The state a time `t` in s after `x`.
     pub(super) fn state_at(&self, t: f64, x: &State) -> State {
         let mut begin = *x;
         let mut left = t / self.length;
+        let mut stuck = Stuck::REST;
         while left > 1.0 {
-            begin = self.after(&begin);
+            self.take(&begin, &mut stuck);
+            begin = stuck.end;
             left -= 1.0;
         }
-        let mut out = [0.0; MAX_STATES];
-        for (columns, x) in self.states.iter().zip(&begin) {
-            for (sum, column) in out.iter_mut().zip(columns) {
-                *sum += value(column, left) * x;
-            }
-        }
-        out
+        inside(self, left, &begin)
     }
 }
 
 /// [`StickStep::take`], for each instruction set.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
-fn take(step: &StickStep, x: &State) -> (Chebyshev, State) {
+fn take(step: &StickStep, x: &State, into: &mut Stuck) {
     let (mut force, mut end) = ([0.0; TERMS], [0.0; MAX_STATES]);
     for ((column, after), x) in step.force.iter().zip(&step.end).zip(x) {
         for k in 0..TERMS {
@@ -164,5 +176,23 @@ fn take(step: &StickStep, x: &State) -> (Chebyshev, State) {
             end[i] = after[i].mul_add(*x, end[i]);
         }
     }
-    (force, end)
+    into.force = force;
+    into.end = end;
+    into.spread = spread(&into.force);
+}
+
+/// The state at `theta` of one step from `x`.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+fma", "x86_64+avx2+fma"))]
+fn inside(step: &StickStep, theta: f64, x: &State) -> State {
+    let mut out = [0.0; MAX_STATES];
+    for (j, columns) in step.states.iter().enumerate() {
+        let mut series = [0.0; TERMS];
+        for (column, x) in columns.iter().zip(x) {
+            for k in 0..TERMS {
+                series[k] = column[k].mul_add(*x, series[k]);
+            }
+        }
+        out[j] = value_in_any(&series, theta);
+    }
+    out
 }
