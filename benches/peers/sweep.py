@@ -35,7 +35,7 @@ except ImportError:
     os.execv(python, [python, *sys.argv])
 
 SETTLE, CYCLES = 10, 190
-ROUNDS = 8
+ROUNDS = 24
 # Motions of period one: others would not agree in their last section points, whoever computes them.
 VELOCITIES = np.linspace(0.096, 0.0969, 16)
 # The Numba loop takes so long that these have to do.
