@@ -16,6 +16,7 @@ use crate::simulate::{Start, StartContact};
 const APART: f64 = 1e-6;
 /// Growth factors below this are lost in the integration's error: the difference has died out.
 const LOST: f64 = 3e-4;
+
 /// A motion beside the one that is measured, put back to a small distance at every peak.
 pub(super) struct Companion {
     run: Run,
@@ -65,7 +66,7 @@ impl Companion {
             any_direction(model)
         };
         if !self.driven {
-            difference = across(follower, peak, mode, &difference);
+            (difference, _) = across(follower, peak, mode, &difference);
         }
         let size = norm.of(&difference);
         let growth = self.started.then_some(size / self.apart);

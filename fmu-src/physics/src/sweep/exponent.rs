@@ -49,10 +49,18 @@ impl Norm {
 
 /// What a difference is compared with.
 enum Way {
-    /// Itself, carried along; its size in m at the last peak.
-    Variation(Option<f64>),
+    /// Itself, carried along; how it was at the last peak.
+    Variation(Option<Last>),
     /// A second motion.
     Companion(Box<Companion>),
+}
+
+/// A difference at a peak.
+struct Last {
+    /// Its size in m without the shift along the motion.
+    size: f64,
+    /// That shift: the lead in s.
+    lead: f64,
 }
 
 /// The growth of a difference, measured at every peak.
@@ -102,13 +110,12 @@ impl Exponent {
             }
         }
         // From the next piece on the difference is as large as 1 m, and no shift along the motion.
-        if let (Way::Variation(size), Some(peak)) = (&mut self.way, peaks.last())
-            && let Some(last) = size.filter(|_| !self.lost)
-            && let Some(difference) = follower.run().difference_at(peak.time)
+        if let Way::Variation(Some(last)) = &mut self.way
+            && !(self.lost || peaks.is_empty())
         {
-            let lead = lead(follower, peak, mode, &difference);
-            follower.run_mut().renew_difference(lead, 1.0 / last);
-            *size = Some(1.0);
+            let run = follower.run_mut();
+            run.renew_difference(last.lead, 1.0 / last.size);
+            last.size = 1.0;
         }
         Ok(())
     }
@@ -123,10 +130,11 @@ impl Exponent {
             Way::Variation(last) => match follower.run().difference_at(peak.time) {
                 Some(difference) => {
                     let whole = self.norm.of(&difference);
-                    let across = across(follower, peak, mode, &difference);
+                    let (across, lead) = across(follower, peak, mode, &difference);
                     let size = self.norm.of(&across);
                     self.lost = !(size > LOST * self.tolerance * whole);
-                    last.replace(size).map(|last| size / last)
+                    let last = last.replace(Last { size, lead });
+                    last.map(|last| size / last.size)
                 }
                 // The run goes on in another way, which carries nothing along.
                 None => {
@@ -186,33 +194,25 @@ pub(super) fn any_direction(model: &Model) -> State {
     out
 }
 
-/// The time in s by which a motion that differs by `difference` at a peak is ahead there.
-fn lead(follower: &Follower, peak: &Crossing, mode: ContactMode, difference: &State) -> f64 {
-    let slope = follower.velocity(&rates(follower, peak, mode));
-    if slope == 0.0 {
-        return 0.0;
-    }
-    follower.velocity(difference) / slope
-}
-
-/// The difference of two motions each at its own peak: a mere shift in time is none.
+/// The difference of two motions each at its own peak, and the time in s by which the second is ahead there: a mere shift in
+/// time is no difference.
 pub(super) fn across(
     follower: &Follower,
     peak: &Crossing,
     mode: ContactMode,
     difference: &State,
-) -> State {
-    let lead = lead(follower, peak, mode, difference);
-    let mut out = *difference;
-    for (d, rate) in out.iter_mut().zip(&rates(follower, peak, mode)) {
-        *d -= lead * rate;
-    }
-    out
-}
-
-fn rates(follower: &Follower, peak: &Crossing, mode: ContactMode) -> State {
+) -> (State, f64) {
     let mut rates = [0.0; MAX_STATES];
     let model = follower.run().model();
     model.rates(peak.time, &peak.state, mode, &mut rates);
-    rates
+    let slope = follower.velocity(&rates);
+    if slope == 0.0 {
+        return (*difference, 0.0);
+    }
+    let lead = follower.velocity(difference) / slope;
+    let mut out = *difference;
+    for (d, rate) in out.iter_mut().zip(&rates) {
+        *d -= lead * rate;
+    }
+    (out, lead)
 }

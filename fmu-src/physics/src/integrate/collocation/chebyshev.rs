@@ -1,7 +1,7 @@
 //! Chebyshev series on a step: values, integrals, and the first sign change, none missed.
 
 use super::TERMS;
-use super::nodes::{Aligned, apart};
+use super::nodes::{Aligned, total};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -164,12 +164,6 @@ pub(super) fn dot(a: &Chebyshev, b: &Chebyshev) -> f64 {
     total(sums)
 }
 
-#[inline(always)]
-fn total(s: [f64; LANES]) -> f64 {
-    let s = apart(s);
-    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
-}
-
 /// Derivative by x = 2 theta - 1: `d_(k-1) = d_(k+1) + 2 k c_k`, two at once.
 #[inline(always)]
 fn derivative(c: &Chebyshev) -> Chebyshev {
@@ -198,15 +192,7 @@ pub fn integral_to(c: &Chebyshev, theta: f64) -> f64 {
         out[k] = (c[k - 1] - c[k + 1]) * (0.25 * RECIPROCAL[k]);
     }
     out[TERMS - 1] = c[TERMS - 2] * (0.25 * RECIPROCAL[TERMS - 1]);
-    // At theta = 0, T_k = (-1)^k.
-    let mut sums = [0.0; LANES];
-    for group in out.chunks_exact(LANES) {
-        for i in 0..LANES {
-            sums[i] += group[i];
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = apart(sums);
-    at(&out, 2.0 * theta - 1.0) - (((a + e) + (c + g)) - ((b + f) + (d + h)))
+    value_in_any(&out, theta) - dot(&out, &TURNED)
 }
 
 /// The series divided by theta, up to a constant factor, for one that vanishes at theta = 0 to rounding.

@@ -47,6 +47,12 @@ pub(super) fn dot(a: &Nodes, b: &Nodes) -> f64 {
     for i in 0..HALF {
         s[i] = a[HALF + i].mul_add(b[HALF + i], s[i]);
     }
+    total(s)
+}
+
+/// Sum of eight numbers.
+#[inline(always)]
+pub(super) fn total(s: [f64; HALF]) -> f64 {
     let s = apart(s);
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
 }

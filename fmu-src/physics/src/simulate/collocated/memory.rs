@@ -11,7 +11,6 @@ const STEPS: usize = 48;
 /// One slip of so many follows no other: following only ever makes steps shorter. A prime, so that the slips of a motion
 /// of many periods take turns.
 const FRESH: usize = 11;
-
 /// Slips in a row that took more than three iterations for two steps, after which one is worked out although it need not: those
 /// that follow will be nearer to it.
 const HARD: usize = 2;

@@ -26,13 +26,6 @@ impl Collocated {
                 return false;
             }
             let (step, response) = (&self.step, self.structure.ladder.response(level));
-            let begin = Begin {
-                state: &x,
-                sign,
-                belt: self.belt,
-                law: &self.law,
-            };
-            expand(response, &begin, &step.capacity, &mut self.piece.course);
             // Inside a step its polynomial counts, which is not as good as its end.
             let inner = step.roughness / (8 * NODES) as f64;
             let shorter = level + 1 < LEVELS && inner > 10.0 * self.tolerance * self.scale;
@@ -70,9 +63,16 @@ impl Collocated {
         }
     }
 
-    /// The first step from `level` on that converges and is smooth enough, and its level; false if there is none.
+    /// The first step from `level` on that converges and is smooth enough, its level, and the course of the piece along it; false
+    /// if there is none.
     fn solved(&mut self, level: &mut usize, sign: f64, x: &State) -> bool {
         let share = 10.0 * self.tolerance.sqrt();
+        let begin = Begin {
+            state: x,
+            sign,
+            belt: self.belt,
+            law: &self.law,
+        };
         while *level < LEVELS {
             let expected = match self.memory.expected() {
                 Some(known) => Expected::Known {
@@ -83,16 +83,11 @@ impl Collocated {
             };
             let ladder = &self.structure.ladder;
             let response = ladder.response(*level);
-            let (step, law, belt) = (&mut self.step, &self.law, self.belt);
-            let begin = Begin {
-                state: x,
-                sign,
-                belt,
-                law,
-            };
+            let step = &mut self.step;
             if solve(ladder, response, &begin, expected, &self.goal, step)
                 && step.roughness <= self.goal.roughness.min(share * step.fastest)
             {
+                expand(response, &begin, &step.capacity, &mut self.piece.course);
                 return true;
             }
             // Another slip's steps do not help any more.
