@@ -1,4 +1,4 @@
-//! The diagnosis on measured data that nobody here made; skipped where the data are absent.
+//! The diagnosis on measured data that nobody here made; run by name where the data are.
 //!
 //! Colas, Pustelnik, Oliver, Abry, Geminard, Vidal, Phys. Rev. E 2019: a slider of 30.7 g pulled over paper through a
 //! leaf spring. In the frame of the puller it is one mode on a belt: displacement m g F/k, belt velocity v.
@@ -16,14 +16,10 @@ const FOLDER: &str = concat!(
 const MASS: f64 = 0.0307;
 const WEIGHT: f64 = MASS * 9.81;
 
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var("STICKSLIP_ENS_LYON").unwrap_or_else(|_| FOLDER.into());
-    let folder = PathBuf::from(folder);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("SKIPPED: {} is not there", folder.display());
-    None
+fn data() -> PathBuf {
+    std::env::var("STICKSLIP_ENS_LYON")
+        .unwrap_or_else(|_| FOLDER.into())
+        .into()
 }
 
 /// Writes a campaign of the runs at one stiffness (N/m), each named by its speed in um/s.
@@ -68,8 +64,9 @@ fn tried(campaign: &Path, effect: &str) -> Value {
 // (168 N/m, 42 um/s, of a longer record), 30 % (168, 1100) and 37 % (1002, 1100) of the error of predicting break-aways;
 // ageing can't be concluded.
 #[test]
+#[ignore = "needs the measured slider, a folder named by STICKSLIP_ENS_LYON or ../shared/real/ens-lyon-stickslip"]
 fn val_measured_slider_shows_friction_along_the_track_and_no_ageing() {
-    let Some(data) = data() else { return };
+    let data = data();
     for (stiffness, speeds) in [(168, &[42, 1100, 4300][..]), (1002, &[1100])] {
         let folder = tempfile::tempdir().unwrap();
         campaign(folder.path(), &data, stiffness, speeds);

@@ -352,13 +352,11 @@ fn val_surrogates_keep_values_and_spectrum() {
 
 // Source: Santa Fe laser data set A: 2.0 to 2.1 (Huebner, Abraham and Weiss, Phys. Rev. A 40 (1989) 6354, NH3 laser).
 #[test]
+#[ignore = "needs the laser data, ../shared/real/chaos/santafe_a_laser.dat beside the repository"]
 fn val_laser_where_the_data_are() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../shared/real/chaos/santafe_a_laser.dat");
-    let Ok(text) = std::fs::read_to_string(path) else {
-        println!("skipped: the laser data are not part of the repository");
-        return;
-    };
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let x: Vec<f64> = text.lines().filter_map(|l| l.trim().parse().ok()).collect();
     let a = analysed(&x, quick());
     assert_eq!(a.verdict, Verdict::Dimension);

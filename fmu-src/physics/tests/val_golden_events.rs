@@ -75,9 +75,23 @@ fn val_all_transitions_to_1e_9_s_at_tight_tolerance() {
     }
 }
 
+/// The most sensitive case: normal force in N, belt velocity in m/s.
+const SENSITIVE: [f64; 2] = [41.0, 0.02];
+
+// The README's promise, figure by figure.
 #[test]
-fn val_all_transitions_to_1e_6_s_at_default_tolerance() {
+fn val_all_transitions_to_1e_10_s_at_default_tolerance_but_for_the_most_sensitive_case() {
+    let mut sensitive = 0;
     for case in cases() {
-        assert!(worst_difference(&case, DEFAULT_TOLERANCE) < 1e-6);
+        let load = ["normal_force_n", "belt_velocity_m_per_s"].map(|name| case[name].as_f64());
+        let allowed = if load == SENSITIVE.map(Some) {
+            sensitive += 1;
+            5e-9
+        } else {
+            1e-10
+        };
+        let worst = worst_difference(&case, DEFAULT_TOLERANCE);
+        assert!(worst <= allowed, "{load:?}: {worst:e} s");
     }
+    assert_eq!(sensitive, 1);
 }
