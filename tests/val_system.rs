@@ -24,6 +24,9 @@ const MONOLITHIC: [(&str, f64); 7] = [
 const STEPS: [f64; 3] = [5e-5, 2.5e-5, 1.25e-5];
 const STOP: f64 = 0.05;
 const EVERY: f64 = 1e-3;
+/// Namespace of OMSimulator's annotations.
+const OMS: &str =
+    "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 
 /// Displacements of the tip in m, every `EVERY` s, with these start values besides.
 fn monolithic(others: &[(&str, f64)]) -> Vec<f64> {
@@ -107,6 +110,36 @@ fn val_the_coupling_error_falls_with_the_step_as_theory_says() {
             );
         }
     }
+}
+
+#[test]
+fn the_system_names_a_master_algorithm_for_omsimulator() {
+    // OMSimulator refuses a system whose annotation does not say of which kind it is. `oms-ma`, with a fixed step, is
+    // that of weakly coupled systems (its User's Guide, "SSP Support"); other masters ignore annotations.
+    let folder = tempfile::tempdir().unwrap();
+    run(std::process::Command::new("python3")
+        .args(["-m", "zipfile", "-e"])
+        .arg(written(folder.path()))
+        .arg(folder.path()));
+    let text = std::fs::read_to_string(folder.path().join("SystemStructure.ssd")).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let master = document
+        .descendants()
+        .find(|node| node.has_tag_name((OMS, "FixedStepMaster")))
+        .expect("a master algorithm");
+    assert_eq!(master.attribute("description"), Some("oms-ma"));
+    let step: f64 = master.attribute("stepSize").unwrap().parse().unwrap();
+    assert!(STEPS.contains(&step), "{step}");
+    let parents: Vec<_> = master.ancestors().skip(1).collect();
+    assert!(parents[0].has_tag_name((OMS, "SimulationInformation")));
+    assert!(parents[1].has_tag_name((OMS, "Annotations")));
+    assert_eq!(parents[2].attribute("type"), Some("org.openmodelica"));
+    assert_eq!(parents[4].tag_name().name(), "System");
+    assert!(
+        document
+            .descendants()
+            .any(|n| n.tag_name().name() == "DefaultExperiment")
+    );
 }
 
 #[test]
