@@ -83,7 +83,9 @@ if wanted win64; then
         RUSTC_BOOTSTRAP=1 RUSTC=$debian_rust CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER=$linker \
             /usr/bin/cargo build --release -p beam-fmu --target x86_64-pc-windows-gnu \
             -Zbuild-std=std,panic_unwind --target-dir "$work/cargo"
-        place win64 "$work/cargo/x86_64-pc-windows-gnu/release/beam_fmu.dll" beam_fmu.dll
+        # `pack` strips ELF files itself; the library with its line tables stays in the build folder.
+        x86_64-w64-mingw32-strip -o "$work/beam_fmu.dll" "$work/cargo/x86_64-pc-windows-gnu/release/beam_fmu.dll"
+        place win64 "$work/beam_fmu.dll" beam_fmu.dll
     fi
 fi
 exit $left_out

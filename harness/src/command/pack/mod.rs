@@ -6,6 +6,7 @@
 pub mod belt_drive;
 mod contents;
 mod documentation;
+mod elf;
 pub mod own_effects;
 mod platforms;
 pub mod widened;
@@ -48,6 +49,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     pack_binaries(&arguments.output, &arguments.effects, &binaries)?;
     println!("Packed {}", arguments.output.display());
+    for line in binaries.needs()? {
+        println!("    {line}");
+    }
     Ok(())
 }
 

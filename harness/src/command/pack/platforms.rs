@@ -1,10 +1,10 @@
 //! The binaries of an archive: that of this build, or one for each platform from a folder that
-//! `fmu-src/platforms.sh` has filled.
+//! `fmu-src/platforms.sh` has filled. What only debuggers read is left out; it stays in the library packed.
 
 use std::path::{Path, PathBuf};
 
 use super::contents::Entry;
-use super::find_library;
+use super::{elf, find_library};
 use crate::error::Error;
 use crate::fmu::PLATFORM;
 
@@ -57,7 +57,8 @@ impl Binaries {
         let library = find_library()?;
         let bytes = std::fs::read(&library).map_err(Error::read(&library))?;
         let suffix = std::env::consts::DLL_SUFFIX;
-        Ok(Self(vec![(PLATFORM.to_owned(), suffix, bytes)]))
+        let lean = lean(&library, bytes)?;
+        Ok(Self(vec![(PLATFORM.to_owned(), suffix, lean)]))
     }
 
     /// All that lie in `folder`, as `<platform>/<library>`. This platform's must be among them, because an archive
@@ -77,13 +78,35 @@ impl Binaries {
             if !(platform.is_one)(&bytes) {
                 return Err(wrong(path, format!("is no library for {}", platform.name)));
             }
-            found.push((platform.name.to_owned(), platform.suffix, bytes));
+            let lean = lean(&path, bytes)?;
+            found.push((platform.name.to_owned(), platform.suffix, lean));
         }
         if !found.iter().any(|(name, ..)| name == PLATFORM) {
             let problem = format!("holds no library for this platform, {PLATFORM}");
             return Err(wrong(folder.to_owned(), problem));
         }
         Ok(Self(found))
+    }
+
+    /// What each binary needs of the machine that it runs on, one line each.
+    ///
+    /// # Errors
+    /// A library that is damaged.
+    pub fn needs(&self) -> Result<Vec<String>, Error> {
+        self.0
+            .iter()
+            .map(|(platform, suffix, bytes)| {
+                if !elf::is_elf(bytes) {
+                    return Ok(format!("{platform}: needs nothing beside the system's own"));
+                }
+                let place = || PathBuf::from(format!("the {suffix} for {platform}"));
+                let version = elf::glibc(bytes).map_err(|e| damaged(place(), &e))?;
+                Ok(match version {
+                    Some(version) => format!("{platform}: needs {version} or newer"),
+                    None => format!("{platform}: needs no glibc"),
+                })
+            })
+            .collect()
     }
 
     /// The places of the binaries in the archive of a model with this identifier.
@@ -98,6 +121,18 @@ impl Binaries {
     }
 }
 
+/// The library without what only debuggers read. Of the platforms packed, only ELF files have it inside.
+fn lean(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, Error> {
+    if !elf::is_elf(&bytes) {
+        return Ok(bytes);
+    }
+    elf::stripped(&bytes).map_err(|e| damaged(path.to_owned(), &e))
+}
+
+fn damaged(path: PathBuf, cause: &dyn std::fmt::Display) -> Error {
+    wrong(path, format!("is a damaged library ({cause})"))
+}
+
 fn wrong(path: PathBuf, problem: String) -> Error {
     Error::Binaries { path, problem }
 }
@@ -105,6 +140,25 @@ fn wrong(path: PathBuf, problem: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_packed_is_stripped_and_says_what_it_needs() {
+        let whole = std::fs::read(find_library().unwrap()).unwrap();
+        let binaries = Binaries::of_this_build().unwrap();
+        let [(_, _, packed)] = &binaries.0[..] else {
+            panic!("one platform");
+        };
+        let needs = binaries.needs().unwrap();
+        assert!(needs[0].starts_with(PLATFORM), "{needs:?}");
+        if elf::is_elf(&whole) {
+            // 22 MB with line tables, 3.4 MB without.
+            assert!(packed.len() * 3 < whole.len(), "{}", packed.len());
+            assert!(packed.len() < 4_500_000, "{}", packed.len());
+            assert_eq!(elf::glibc(packed), elf::glibc(&whole));
+            let again = elf::stripped(packed).unwrap();
+            assert!(again == *packed, "nothing more to leave out");
+        }
+    }
 
     #[test]
     fn a_library_in_the_wrong_folder_is_refused() {
