@@ -335,6 +335,43 @@ fn wrong_counts_and_states_that_are_no_numbers_are_refused() {
     assert_eq!(slave.fill("fmi2GetDerivatives", &mut vec![0.0; n]), DISCARD);
 }
 
+/// Explicit Euler steps of `h` s until a call is refused; the messages then.
+fn euler(slave: &Slave, h: f64) -> String {
+    let n = STATES.len();
+    let (mut x, mut rates) = (slave.states(), vec![0.0; n]);
+    for k in 0..100_000_u32 {
+        assert_eq!(slave.set_time(f64::from(k) * h), OK);
+        if slave.set_states(&x) != OK || slave.fill("fmi2GetDerivatives", &mut rates) != OK {
+            return slave.messages().last().unwrap().text.clone();
+        }
+        x.iter_mut().zip(&rates).for_each(|(x, r)| *x += h * r);
+    }
+    panic!("no divergence with steps of {h} s");
+}
+
+#[test]
+fn a_fixed_step_that_is_too_long_is_named_with_the_fastest_rate() {
+    // In stick a relative velocity decays with ten times the highest frequency, 2 pi 510 Hz, whose structural damping
+    // ratio 1e-4 or so sets the limit of the explicit Euler method.
+    let text = euler(&Slave::started_exchange(&[]), 1e-3);
+    assert!(text.contains("last step, 1.000e-3 s"), "{text}");
+    assert!(text.contains("fastest rate is 3.2044e4 1/s"), "{text}");
+    assert!(text.contains("stable only with steps below"), "{text}");
+    assert!(!text.contains("parameter is extreme"), "{text}");
+    // A lag of 1e-5 s has the rate 1e5 1/s; stick is held ten times faster than that.
+    let slave = Slave::started_exchange(&[("sensor_lag.time_constant", 1e-5)]);
+    let text = euler(&slave, 2e-4);
+    assert!(text.contains("last step, 2.000e-4 s"), "{text}");
+    // Short steps are not blamed for states that no integrator would set.
+    let slave = Slave::started_exchange(&[]);
+    assert_eq!(slave.set_time(1e-9), OK);
+    let n = STATES.len();
+    assert_eq!(slave.set_states(&vec![1e300; n]), OK);
+    assert_eq!(slave.fill("fmi2GetDerivatives", &mut vec![0.0; n]), DISCARD);
+    let text = slave.messages().last().unwrap().text.clone();
+    assert!(!text.contains("last step"), "{text}");
+}
+
 /// An instance of an FMU with a user's effect that moves the belt.
 fn with_a_moved_belt(kind: c_int) -> Slave {
     let file = "id = 'surge'\ntitle = 'The belt surges'\ntarget = 'belt_velocity'\nexpression = 'a*v0'\n\

@@ -335,17 +335,17 @@ fn energies(table: &mut Vec<Variable>) {
         (
             "belt_work",
             Quantity::EnergyBeltWork,
-            "Work of the friction force at the belt's velocity since the start; read once before the first step",
+            "Work of the friction force at the belt's velocity since the start",
         ),
         (
             "contact_dissipation",
             Quantity::EnergyContactDissipation,
-            "Heat in the contact since the start; read once before the first step",
+            "Heat in the contact since the start",
         ),
         (
             "structural_dissipation",
             Quantity::EnergyStructuralDissipation,
-            "Heat in the structure since the start; read once before the first step",
+            "Heat in the structure since the start",
         ),
     ];
     let first = table.len();

@@ -1,6 +1,7 @@
 //! Every call of the C interface that real masters make, rightly and wrongly: expected statuses,
 //! messages, and never a crash. The cases follow complaints about other FMUs.
 
+mod energies;
 mod inputs;
 mod instantiate;
 mod sequence;

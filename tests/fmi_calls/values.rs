@@ -5,7 +5,7 @@ use stickslip_tests::slave::{OK, Slave};
 use stickslip_tests::variables::{XML, reference};
 
 /// Every variable: name, element, causality, start value.
-fn variables() -> Vec<(String, String, String, Option<String>)> {
+pub fn variables() -> Vec<(String, String, String, Option<String>)> {
     let document = roxmltree::Document::parse(&XML).unwrap();
     document
         .descendants()
@@ -325,43 +325,6 @@ fn the_bristle_has_a_mode_of_its_own_and_settles_on_request() {
     };
     assert_eq!(start(0), 0.0);
     assert!(start(1) < 0.0, "{}", start(1));
-}
-
-#[test]
-fn energies_balance_also_across_a_change_of_inputs() {
-    let slave = Slave::started();
-    let read = || {
-        [
-            "stored",
-            "belt_work",
-            "contact_dissipation",
-            "structural_dissipation",
-        ]
-        .map(|name| slave.get(&format!("energy.{name}")))
-    };
-    let before = read();
-    advance(&slave, 0.0, 1e-3, 333);
-    assert_eq!(slave.set("belt_velocity", 0.07), OK);
-    assert_eq!(slave.set("normal_force", 60.0), OK);
-    advance(&slave, 0.333, 1e-3, 333);
-    let after = read();
-    let [stored, work, contact, structure] = std::array::from_fn(|i| after[i] - before[i]);
-    assert!(work > 1.0 && contact > 0.1 && structure > 0.0, "{after:?}");
-    let gap = work - stored - contact - structure;
-    assert!(gap.abs() < 1e-7 * work, "{gap} of {work} J");
-}
-
-#[test]
-fn energies_asked_for_too_late_are_refused() {
-    let slave = Slave::started();
-    advance(&slave, 0.0, 1e-3, 3);
-    let work = reference("energy.belt_work");
-    assert_refused(
-        &slave,
-        slave.get_into(&[work], &mut [0.0]),
-        "before the first step",
-    );
-    assert!(slave.get("energy.stored") > 0.0);
 }
 
 #[test]

@@ -61,6 +61,9 @@ impl Content {
             });
         }
         self.hybrid_mut().set_time(time);
+        if time != self.time {
+            self.advance = (time - self.time).abs();
+        }
         self.time = time;
         Ok(())
     }
@@ -74,13 +77,14 @@ impl Content {
         let layout = self.layout;
         check_count(function, "nx", states.len(), layout.states().len())?;
         if let Some(value) = states.iter().find(|x| !x.is_finite()) {
-            return Err(Fault::BadArgument {
+            let fault = Fault::BadArgument {
                 function,
                 argument: "x",
                 value: *value,
                 unit: "SI",
                 required: "finite".into(),
-            });
+            };
+            return Err(self.step_too_long().unwrap_or(fault));
         }
         let mut hybrid = self.hybrid.take().expect("this phase has one");
         for (&(index, _), &value) in layout.states().iter().zip(states) {
@@ -91,6 +95,30 @@ impl Content {
         }
         self.hybrid = Some(hybrid);
         Ok(())
+    }
+
+    /// A better explanation of states that have run away: a step that the master's integrator can't take. `None`
+    /// where the last step was short enough even for the explicit Euler method.
+    fn step_too_long(&self) -> Option<Fault> {
+        let hybrid = self.hybrid.as_ref()?;
+        let stiffness = hybrid.stiffness()?;
+        (self.advance > stiffness.euler_limit).then_some(Fault::StepTooLong {
+            time: hybrid.time(),
+            step: self.advance,
+            fastest: stiffness.fastest,
+            limit: stiffness.euler_limit,
+        })
+    }
+
+    /// The fault, or its cause in the master's steps.
+    pub fn explained(&self, fault: Fault) -> Fault {
+        match fault {
+            Fault::NotEvaluable {
+                cause: PhysicsError::NotFinite { .. },
+                ..
+            } => self.step_too_long().unwrap_or(fault),
+            other => other,
+        }
     }
 
     /// `fmi2GetContinuousStates`.
@@ -139,10 +167,10 @@ impl Content {
                 what: "a derivative before the run has begun".into(),
             });
         };
-        let all = hybrid.rates().map_err(|cause| Fault::NotEvaluable {
-            time: hybrid.time(),
-            cause,
-        })?;
+        let time = hybrid.time();
+        let all = hybrid
+            .rates()
+            .map_err(|cause| self.explained(Fault::NotEvaluable { time, cause }))?;
         for (&(index, _), out) in layout.states().iter().zip(rates) {
             *out = self
                 .place(hybrid.model(), index)
@@ -187,7 +215,7 @@ impl Content {
         let (time, state) = (hybrid.time(), hybrid.state());
         if !state.iter().all(|x| x.is_finite()) {
             let cause = PhysicsError::NotFinite { time };
-            return Err(Fault::NotEvaluable { time, cause });
+            return Err(self.explained(Fault::NotEvaluable { time, cause }));
         }
         self.hybrid = Some(hybrid);
         Ok(EventInfo {

@@ -26,6 +26,8 @@ pub struct Content {
     pub experiment: Experiment,
     /// The present communication point in s.
     pub time: f64,
+    /// How far the master has last moved the time on, in s; model exchange only.
+    pub advance: f64,
     /// Rates of the inputs (m/s^2, N/s) for the next step.
     pub input_rates: [f64; 2],
     /// An input was set since the last step.
@@ -90,6 +92,7 @@ impl Instance {
         content.values.copy_from_slice(&self.starts.values);
         content.experiment = Experiment::default();
         content.time = 0.0;
+        content.advance = 0.0;
         content.input_rates = [0.0; 2];
         content.inputs_touched = false;
         content.retuned = false;
@@ -145,6 +148,7 @@ impl Content {
             values: vec![0.0; layout.variables().len()],
             experiment: Experiment::default(),
             time: 0.0,
+            advance: 0.0,
             input_rates: [0.0; 2],
             inputs_touched: false,
             retuned: false,
@@ -216,7 +220,7 @@ impl Content {
     /// # Errors
     /// Inputs outside the range in which the equations hold.
     pub fn apply_inputs(&mut self) -> Result<(), PhysicsError> {
-        let run = self.run.as_mut().expect("initialised");
+        let run = self.run.as_ref().expect("initialised");
         let wanted = PLACES.inputs(&self.values, self.input_rates, run.time());
         let now = run.inputs();
         let same = now.belt_velocity == wanted.belt_velocity
@@ -224,6 +228,8 @@ impl Content {
             && [now.belt_acceleration, now.normal_force_rate] == [0.0; 2]
             && self.input_rates == [0.0; 2];
         if !same {
+            self.account_energy()?;
+            let run = self.run.as_mut().expect("initialised");
             run.set_inputs(wanted)?;
         }
         self.inputs_touched = false;

@@ -12,6 +12,7 @@ use beam_physics as physics;
 mod beam;
 mod directional;
 mod drive;
+mod energy;
 mod exchange;
 mod experiment;
 pub mod exports;

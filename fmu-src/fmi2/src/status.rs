@@ -99,12 +99,6 @@ pub enum Fault {
         /// The condition in words.
         required: String,
     },
-    /// An energy was asked for too late.
-    #[error("{name} is accounted for only from the start on: read it once before the first step")]
-    EnergyNotAccounted {
-        /// Name of the variable.
-        name: &'static str,
-    },
     /// An argument that is not a variable is out of range.
     #[error("{function}: {argument} = {value} {unit} is not allowed: it must be {required}")]
     BadArgument {
@@ -158,6 +152,21 @@ pub enum Fault {
         /// Why.
         cause: PhysicsError,
     },
+    /// The states that the master's integrator has set have run away, and its step explains it.
+    #[error(
+        "the integrator has diverged at t = {time} s: its last step, {step:.3e} s, is too long for this model, whose fastest rate is {fastest:.4e} 1/s ({:.4e} Hz); the explicit Euler method is sure to be stable only with steps below {limit:.2e} s; use an integrator with step control such as CVode, or co-simulation",
+        fastest / std::f64::consts::TAU
+    )]
+    StepTooLong {
+        /// Time in s.
+        time: f64,
+        /// The last step in s.
+        step: f64,
+        /// Largest eigenvalue of the model at rest, by magnitude, in 1/s.
+        fastest: f64,
+        /// Largest step in s at which the explicit Euler method is stable.
+        limit: f64,
+    },
     /// A motion can't be followed with its derivatives.
     #[error("can't be followed with derivatives from t = {time} s: {cause}")]
     NotFollowed {
@@ -197,6 +206,7 @@ impl Fault {
                 ..
             }
             | Self::NotEvaluable { .. }
+            | Self::StepTooLong { .. }
             | Self::NotFollowed { .. } => Status::Discard,
             Self::Panic { .. } => Status::Fatal,
             _ => Status::Error,

@@ -31,8 +31,9 @@ impl Content {
             let x = self.carried_over(hybrid.model(), hybrid.state(), &model);
             hybrid.set_model(model, x);
             self.hybrid = Some(hybrid);
-        } else if let Some(run) = &self.run {
-            let mut run = run.clone();
+        } else if self.run.is_some() {
+            self.account_energy()?;
+            let mut run = self.run.clone().expect("looked at above");
             let model = setup::model(self.layout, &self.values, run.inputs(), UserCard::effect)?;
             let x = self.carried_over(run.model(), &run.state(), &model);
             run.set_model(model, x)?;

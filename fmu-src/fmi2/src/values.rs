@@ -282,10 +282,11 @@ impl Content {
         for (position, &reference) in references.iter().enumerate() {
             let index = find(self.layout, reference, access)?;
             let quantity = self.layout.variables()[index].quantity;
-            let value = match view.value(quantity, self.values[index])? {
+            let value = view.value(quantity, self.values[index]);
+            let value = match value.map_err(|fault| self.explained(fault))? {
                 Some(value) => value,
                 None => {
-                    self.begin_energy(index)?;
+                    self.account_energy()?;
                     view = View::of_run(self, self.run.as_ref().expect("there was one"));
                     view.value(quantity, self.values[index])?.unwrap_or(0.0)
                 }
@@ -294,25 +295,11 @@ impl Content {
             if !value.is_finite() {
                 let time = view.time();
                 let cause = PhysicsError::NotFinite { time };
-                return Err(Fault::NotEvaluable { time, cause });
+                return Err(self.explained(Fault::NotEvaluable { time, cause }));
             }
             write(position, value);
         }
         Ok(())
-    }
-
-    /// Energies cost about as much as the motion, so they are accounted for only in runs whose master
-    /// reads one before the first step, as every master does that records it.
-    fn begin_energy(&mut self, index: usize) -> Result<(), Fault> {
-        match &mut self.run {
-            Some(run) if self.time == self.experiment.start => {
-                run.account_energy();
-                Ok(())
-            }
-            _ => Err(Fault::EnergyNotAccounted {
-                name: &self.layout.variables()[index].name,
-            }),
-        }
     }
 
     /// Sets variables to the values that `read(position)` gives: all of them, or none.

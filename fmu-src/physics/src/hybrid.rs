@@ -12,6 +12,9 @@
 //! looks for changes of sign neither stops at once nor misses the next event.
 
 mod event;
+mod stiffness;
+
+pub use stiffness::Stiffness;
 
 use crate::belt::Inputs;
 use crate::contact::ContactMode;

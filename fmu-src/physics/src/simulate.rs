@@ -921,6 +921,11 @@ impl Simulation {
         self.energy.get_or_insert_with(Energy::default);
     }
 
+    /// Energies are being accounted for.
+    pub fn accounts_energy(&self) -> bool {
+        self.energy.is_some()
+    }
+
     /// Energies in J since accounting began; `None` where it has not.
     pub fn energy(&self) -> Option<Energy> {
         let mut energy = self.energy?;

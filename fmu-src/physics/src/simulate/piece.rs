@@ -17,7 +17,7 @@ impl Simulation {
     }
 
     /// Relative tolerance of the integration.
-    pub(crate) fn tolerance(&self) -> f64 {
+    pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
