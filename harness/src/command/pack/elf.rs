@@ -67,7 +67,7 @@ pub fn glibc(bytes: &[u8]) -> read::Result<Option<Glibc>> {
 pub fn stripped(bytes: &[u8]) -> build::Result<Vec<u8>> {
     let mut library = Builder::read(bytes)?;
     for section in library.sections.iter_mut() {
-        let loaded = section.sh_flags.0 & u64::from(SHF_ALLOC.0) != 0;
+        let loaded = section.sh_flags.0 & SHF_ALLOC.0 != 0;
         let names_sections = matches!(section.data, SectionData::SectionString);
         section.delete = !loaded && !names_sections;
     }
