@@ -60,6 +60,10 @@ pub fn json(series: &Series, a: &Analysis) -> String {
             "from": r.from, "to": r.to, "octaves": r.octaves(), "dimensions": [r.dimensions.0, r.dimensions.1],
             "slope": r.slope, "slopes": r.slopes, "window_std": r.window_std, "std": a.std,
         })),
+        "convergence": a.convergence.map(|c| json!({
+            "change": number(c.change), "std": number(c.std), "plateau": c.is_plateau(),
+        })),
+        "returns": a.returns,
         "takens_estimate": a.takens.map(number),
         "halves": a.halves.map(|h| json!([number(h.0), number(h.1)])),
         "radii": a.sum.radii,

@@ -93,7 +93,8 @@ pub fn html(study: &Study) -> String {
         .list(&[
             format!(
                 "Transients: the first {} peaks are discarded, the next {} measured; while a motion does not repeat although its exponent \
-                 is below zero, the next {} are measured instead, at most {} times (then: settling).",
+                 is not positive by more than two standard errors, the next {} are measured instead, at most {} times. If small differences to it have died out then \
+                 by e^2, it is settling; if it is shown neither to settle nor to be irregular, unresolved: quasi-periodic, or a long transient.",
                 rule.settle, rule.cycles, rule.cycles, rule.patience
             ),
             "Period: the least number of section points after which all modal states come back within 1e-5 of the amplitude, fifty times \
