@@ -78,7 +78,14 @@ mod tests {
     #[test]
     fn a_change_counts_only_beyond_its_own_error_and_the_stated_one() {
         // Source: construction, with the changes of the demonstration's run 1 and of the logistic map.
-        let of = |change, std, stated| Convergence { change, std, stated }.is_plateau();
+        let of = |change, std, stated| {
+            Convergence {
+                change,
+                std,
+                stated,
+            }
+            .is_plateau()
+        };
         assert!(!of(0.042, 0.003, 0.014));
         assert!(!of(-0.042, 0.003, 0.014));
         assert!(of(0.034, 0.014, 0.015));

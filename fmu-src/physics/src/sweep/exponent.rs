@@ -183,9 +183,8 @@ impl Exponent {
         }
         let (growth, time) = self.total();
         let n = counted.len();
-        let stretches = (0..STRETCHES).map(|b| {
-            sum(&counted[b * n / STRETCHES..(b + 1) * n / STRETCHES])
-        });
+        let stretches =
+            (0..STRETCHES).map(|b| sum(&counted[b * n / STRETCHES..(b + 1) * n / STRETCHES]));
         let squares: f64 = stretches
             .map(|(g, t)| (g - growth / time * t).powi(2))
             .sum();

@@ -2,8 +2,8 @@
 
 mod files;
 mod page;
-mod pictures;
-mod series;
+pub(super) mod pictures;
+pub(super) mod series;
 mod terminal;
 
 use std::path::PathBuf;

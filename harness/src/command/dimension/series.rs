@@ -99,7 +99,7 @@ fn simulate(path: Option<&Path>, arguments: &Arguments) -> Result<Series, Error>
 }
 
 /// White Gaussian noise, `decibel` below the standard deviation.
-fn add_noise(values: &mut [f64], decibel: f64, seed: u64) {
+pub fn add_noise(values: &mut [f64], decibel: f64, seed: u64) {
     let there: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let n = there.len().max(1) as f64;
     let mean = there.iter().sum::<f64>() / n;
