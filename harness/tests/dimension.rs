@@ -428,18 +428,3 @@ fn val_slopes_that_climb_with_the_embedding_are_no_dimension() {
         assert!(a.remarks.iter().any(|r| r.contains("came back")));
     }
 }
-
-// Source: construction: the same Roessler motion, known to have a dimension, long and cut to less than fifty returns. What is
-// too short must not be claimed, whatever its slopes.
-#[test]
-fn val_a_record_of_few_returns_claims_nothing() {
-    let long = known::roessler(0.15, 0.2, 10.0, 0.05, 20_000);
-    assert_eq!(analysed(&long, quick()).verdict, Verdict::Dimension);
-    let a = analysed(&long[..5000], quick());
-    assert!(
-        a.returns < stickslip::dimension::FEWEST_RETURNS,
-        "{}",
-        a.returns
-    );
-    assert_eq!(a.dimension(), None, "{:?}", a.verdict);
-}
