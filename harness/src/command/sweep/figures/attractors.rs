@@ -175,7 +175,7 @@ fn irregular_claim(a: &Attractor) -> Claim {
                 EXPONENT,
                 a.exponent,
                 "1/s",
-                Bound::AtLeast(f64::MIN_POSITIVE),
+                Bound::Above(0.0),
                 "neighbours of a chaotic motion part",
             ),
             dimension(a.dimension, 5.1),
@@ -202,7 +202,7 @@ fn order_claim(regular: &Attractor, irregular: &Attractor) -> Claim {
             "exponent at 210 mm/s less exponent at 20 mm/s",
             rise,
             "1/s",
-            Bound::AtLeast(f64::MIN_POSITIVE),
+            Bound::Above(0.0),
             "more irregular is what parts faster",
         )],
     )

@@ -31,6 +31,8 @@ pub enum Bound {
     AtMost(f64),
     /// No less than this.
     AtLeast(f64),
+    /// More than this.
+    Above(f64),
     /// Between these.
     Between(f64, f64),
 }
@@ -73,6 +75,7 @@ impl Finding {
         match self.bound {
             Bound::AtMost(most) => self.value <= most,
             Bound::AtLeast(least) => self.value >= least,
+            Bound::Above(limit) => self.value > limit,
             Bound::Between(low, high) => (low..=high).contains(&self.value),
         }
     }
@@ -90,6 +93,7 @@ impl Finding {
         match self.bound {
             Bound::AtMost(most) => format!("at most {}", self.with_unit(most)),
             Bound::AtLeast(least) => format!("at least {}", self.with_unit(least)),
+            Bound::Above(limit) => format!("above {}", self.with_unit(limit)),
             Bound::Between(low, high) => {
                 format!("{} to {}", number(low, 3), self.with_unit(high))
             }
@@ -155,6 +159,8 @@ mod tests {
         assert_eq!(claim(&[1.0, 2.0], Bound::AtLeast(1.5)), Verdict::InPart);
         assert_eq!(claim(&[2.0], Bound::Between(2.0, 3.0)), Verdict::Agrees);
         assert_eq!(claim(&[3.1], Bound::Between(2.0, 3.0)), Verdict::Differs);
+        assert_eq!(claim(&[0.0], Bound::Above(0.0)), Verdict::Differs);
+        assert_eq!(claim(&[0.1], Bound::Above(0.0)), Verdict::Agrees);
         for bound in [Bound::AtMost(9.0), Bound::AtLeast(-9.0)] {
             assert_eq!(claim(&[f64::NAN], bound), Verdict::Differs);
         }

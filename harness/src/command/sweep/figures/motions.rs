@@ -183,7 +183,7 @@ fn rising(what: &str, values: &[f64], unit: &'static str) -> Finding {
         format!("least rise of {what} from one operating point to the next"),
         least_step(values),
         unit,
-        Bound::AtLeast(f64::MIN_POSITIVE),
+        Bound::Above(0.0),
         "what rises does so at every step",
     )
 }
@@ -243,7 +243,7 @@ fn harmonic_claim(harmonics: &[f64], context: String) -> Claim {
             "least fall of the higher harmonics (second to tenth over the first) from one belt velocity to the next",
             least_step(&less),
             "",
-            Bound::AtLeast(f64::MIN_POSITIVE),
+            Bound::Above(0.0),
             "what falls does so at every step",
         )],
     )

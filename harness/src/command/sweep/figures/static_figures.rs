@@ -68,6 +68,7 @@ pub fn cantilever(workshop: &Workshop) -> Result<PaperFigure, Error> {
     .line("exact, F l³/(3 E I) at the tip", Colour::Grey, &xi, &exact)
     .dashed_line("one mode", Colour::Orange, &xi, &one)
     .dashed_line("two modes", Colour::Blue, &xi, &two)
+    .size(900.0, 420.0)
     .caption("The cantilever bent by a force of 66 N at its tip, the break-away force at 100 N: exact, with one mode and with two.");
     Ok(PaperFigure {
         number: "1",
@@ -135,6 +136,7 @@ pub fn mode_shapes(workshop: &Workshop) -> Result<PaperFigure, Error> {
     .line("first mode", Colour::Blue, &xi, &first)
     .line("second mode", Colour::Orange, &xi, &second)
     .level("", Colour::Grey, 0.0)
+    .size(900.0, 420.0)
     .caption("The first two mode shapes of the cantilever, eq. (6).");
     Ok(PaperFigure {
         number: "2",
@@ -203,6 +205,7 @@ pub fn friction(workshop: &Workshop) -> Result<PaperFigure, Error> {
         &read,
     )
     .dashed_line("eq. (7) as printed", Colour::Orange, &v[1..], &printed[1..])
+    .size(900.0, 420.0)
     .caption("The friction characteristic, eq. (7), as this model reads it and as it is printed.");
     let context = format!(
         "With the exponent read as |v_r|/c1, mu falls from {} to {} at {FASTEST} m/s; as printed it rises up to {} m/s, and nothing would \
