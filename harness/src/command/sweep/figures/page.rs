@@ -7,7 +7,7 @@ use crate::report::{Cell, Figure, Page, Table};
 fn verdict(verdict: Verdict) -> Cell {
     let words = verdict.words().into();
     match verdict {
-        Verdict::Agrees => Cell::Text(words),
+        Verdict::Agrees => Cell::Number(words),
         Verdict::InPart | Verdict::Differs => Cell::Alert(words),
     }
 }
@@ -51,7 +51,7 @@ pub fn html(figures: &[PaperFigure]) -> String {
                     Cell::Number(f.value_words()),
                     Cell::Number(f.bound_words()),
                     if kept {
-                        Cell::Text("yes".into())
+                        Cell::Number("yes".into())
                     } else {
                         Cell::Alert("no".into())
                     },
