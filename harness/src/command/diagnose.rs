@@ -10,6 +10,7 @@ use crate::diagnose::challenge::challenge;
 use crate::diagnose::conclude::conclude;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::rivals::TIE;
+use crate::diagnose::run_sets::run_sets;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::{Step, climb, prune};
@@ -104,7 +105,14 @@ pub fn report(
         &output.join("diagnosis.json"),
         to_json(&diagnosis).as_bytes(),
     )?;
-    repaired_model::write(fmu, &diagnosis, output)?;
+    // Where no effect is named the model written is the calibrated one.
+    let written = if diagnosis.effects.is_empty() {
+        steps.first()
+    } else {
+        steps.last()
+    };
+    let written = written.expect("the calibrated model is a step");
+    repaired_model::write(fmu, &diagnosis, &run_sets(session, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
     watch.step("drawing report.html", 0, 1);
     let command = format!(
@@ -112,7 +120,7 @@ pub fn report(
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(session, selection, steps, &diagnosis, &command)?;
+    let page = diagnose_page::html(session, selection, steps, &diagnosis, output, &command)?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }

@@ -15,6 +15,7 @@ mod parameter_set;
 mod progress;
 mod proposed_effect;
 pub mod repaired_model;
+mod run_sets;
 pub mod simulate;
 pub mod sweep;
 pub mod system;

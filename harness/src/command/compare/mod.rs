@@ -2,6 +2,7 @@
 
 mod comparison;
 mod follow;
+mod from_start_states;
 mod model_motion;
 mod page;
 mod pictures;
@@ -12,7 +13,10 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-pub use comparison::{RunComparison, compare_run};
+use comparison::compare_run;
+
+pub use comparison::RunComparison;
+use from_start_states::Held;
 
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -88,10 +92,11 @@ pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Err
     let style =
         ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid");
     let progress = ProgressBar::new(campaign.runs.len() as u64).with_style(style);
+    let held = Held::by(fmu)?;
     let mut comparisons = Vec::new();
     for run in &campaign.runs {
         progress.set_message(run.name.clone());
-        comparisons.push(compare_run(fmu, &campaign.beam, run)?);
+        comparisons.push(compare_run(fmu, &campaign.beam, run, &held)?);
         progress.inc(1);
     }
     progress.finish_and_clear();

@@ -94,17 +94,18 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// Runs the model from every start state; without `lead` (no period to settle for) from the measured one only.
+/// Runs the model from every start state, with `settings` beside what is known of the beam and before it; without `lead` (no period to settle for) from the measured one only.
 pub(super) fn model_motions(
     fmu: &Fmu,
     beam: &BeamKnowledge,
     run: &Run,
     lead: Lead,
+    settings: &[(String, f64)],
 ) -> Result<Vec<Motion>, Error> {
     let interval = run.sample_interval();
     let steps = lead.settle + 2 * lead.shift + (run.duration() / interval).ceil() as usize + 2;
     let count = if lead.shift == 0 { 1 } else { usize::MAX };
-    starts(fmu, beam, run)
+    starts(fmu, beam, run, settings)
         .iter()
         .take(count)
         .map(|point| model_run(fmu, &run.name, point, interval, steps))
@@ -116,7 +117,12 @@ pub(super) fn model_motions(
 /// Several attractors coexist over wide ranges, large stick-slip cycles and a small one near the second mode, and a start
 /// state known at the tip only may lead to any of them. All are compared, so that what the model can do is judged and not
 /// the luck of its start.
-fn starts(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Vec<OperatingPoint> {
+fn starts(
+    fmu: &Fmu,
+    beam: &BeamKnowledge,
+    run: &Run,
+    settings: &[(String, f64)],
+) -> Vec<OperatingPoint> {
     let ends = 2 * START_HALF_WIDTH;
     let measured_velocity = velocity(
         &run.time[..ends],
@@ -141,6 +147,7 @@ fn starts(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Vec<OperatingPoint> {
     });
     let states = std::iter::once((run.displacement[0], measured_velocity)).chain(grid);
     let point = OperatingPoint::of_beam(fmu, beam, run.belt_velocity, run.normal_force);
+    let point = point.with(settings);
     states
         .into_iter()
         .map(|(w, v)| point.clone().starting_at(fmu, w, v))

@@ -4,6 +4,7 @@ use super::RunComparison;
 use super::pictures::{
     cycle_overlay, harmonic_error, phase_plane, residual, scores, spectra, time_series,
 };
+use super::terminal::FROM_STARTS;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::metric::HARMONICS;
@@ -22,7 +23,7 @@ pub fn html(
         campaign.name,
         comparisons.len()
     );
-    let mut page = Page::new("Model against measurement", &lead)
+    let page = Page::new("Model against measurement", &lead)
         .paragraph(
             "NRMSE is the root mean square difference between measurement and model over the spread of the measurement: 0 is a perfect \
              match, 1 is as bad as a constant. Noise is the NRMSE that a perfect model would have. A self-excited motion has no clock, and \
@@ -30,7 +31,8 @@ pub fn html(
              compared with the most similar cycle that the model makes; the pictures show the model put together in this way. Its period \
              is the one exception: that is taken from the model's own motion, the one with the nearest amplitude.",
         )
-        .table(&summary(comparisons, limit))
+        .table(&summary(comparisons, limit));
+    let mut page = from_start_states(page, comparisons)
         .figures(&[&scores(comparisons), &harmonic_error(comparisons)])
         .section("Harmonics")
         .paragraph("Amplitudes at the multiples of the cycle frequency, model | measured.")
@@ -89,6 +91,28 @@ fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
             text(format!("{:.3}", run.model.stick_fraction)),
         ])
     })
+}
+
+/// The error from start states that the FMU holds, if it holds any.
+fn from_start_states(page: Page, comparisons: &[RunComparison]) -> Page {
+    if comparisons
+        .iter()
+        .all(|r| r.nrmse_from_start_states.is_none())
+    {
+        return page;
+    }
+    let header = ["run", "NRMSE from start states", "noise", "over the noise"];
+    let table = comparisons.iter().fold(Table::new(&header), |table, run| {
+        let error = run.nrmse_from_start_states;
+        let shown = |value: Option<f64>| value.map_or("–".into(), |v| number(v, 3));
+        table.row(vec![
+            Cell::Text(run.name.clone()),
+            Cell::Number(shown(error)),
+            Cell::Number(number(run.noise_floor, 2)),
+            Cell::Number(shown(error.map(|e| e / run.noise_floor))),
+        ])
+    });
+    page.paragraph(&format!("{FROM_STARTS}.")).table(&table)
 }
 
 fn harmonics(comparisons: &[RunComparison]) -> Table {

@@ -12,6 +12,8 @@ mod statistics;
 mod verdict;
 mod views;
 
+use std::path::Path;
+
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
@@ -35,6 +37,8 @@ struct Material<'a> {
     selection: &'a Selection,
     steps: &'a [Step],
     diagnosis: &'a Diagnosis,
+    /// Folder of the calibrated FMU.
+    output: &'a Path,
     views: Views,
 }
 
@@ -47,6 +51,7 @@ pub fn html(
     selection: &Selection,
     steps: &[Step],
     diagnosis: &Diagnosis,
+    output: &Path,
     command: &str,
 ) -> Result<String, Error> {
     let views = Views::new(session, selection, steps, diagnosis)?;
@@ -55,6 +60,7 @@ pub fn html(
         selection,
         steps,
         diagnosis,
+        output,
         views,
     };
     let title = format!("Diagnosis of {}", session.campaign.name);
