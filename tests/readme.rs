@@ -1,5 +1,6 @@
 //! The README's table of effects says what the FMU's description says.
-//! `UPDATE_README=1 cargo test --release --test readme` writes it anew.
+//! `UPDATE_README=1 cargo test --release --test readme` writes it anew. What commands print is compared by
+//! harness/tests/readme_outputs.rs.
 
 use std::fmt::Write as _;
 use stickslip_tests::root;
@@ -45,6 +46,9 @@ fn table() -> String {
 #[test]
 fn the_table_of_effects_is_up_to_date() {
     let path = root().join("README.md");
+    // Held against the other test that writes the README (harness/tests/readme_outputs.rs).
+    let lock = std::fs::File::open(&path).expect("readable");
+    lock.lock().expect("it can be held");
     let readme = std::fs::read_to_string(&path).expect("readable");
     let begin = readme.find(BEGIN).expect("marker of the table's begin") + BEGIN.len();
     let end = readme.find(END).expect("marker of the table's end");
