@@ -14,6 +14,7 @@ pub mod measurement;
 pub mod metric;
 pub mod observer;
 pub mod output;
+pub mod parallel;
 pub mod report;
 pub mod watch;
 mod wording;

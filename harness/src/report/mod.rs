@@ -22,6 +22,7 @@ mod number;
 mod page;
 mod plot;
 mod standalone;
+mod stroke;
 mod svg;
 mod table;
 

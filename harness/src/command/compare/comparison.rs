@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::follow::follow;
-use super::model_motion::{Lead, Piece, model_motions};
+use super::model_motion::{Lead, model_motions};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
@@ -11,6 +11,7 @@ use crate::metric::{
     Characteristics, Cycle, Spectrum, StickDetection, characteristics, detect_stick, mean_cycle,
     resample, spectrum, whole_cycles,
 };
+use crate::watch::Watch;
 
 /// Phases of the averaged cycle.
 const PHASES: usize = 240;
@@ -69,7 +70,12 @@ pub struct Curves {
 }
 
 /// Runs the FMU at a run's operating point and compares.
-pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComparison, Error> {
+pub fn compare_run(
+    fmu: &Fmu,
+    beam: &BeamKnowledge,
+    run: &Run,
+    watch: &dyn Watch,
+) -> Result<RunComparison, Error> {
     let interval = run.sample_interval();
     let noise = run.noise.std;
     let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
@@ -77,8 +83,9 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
     let period = measured.period;
 
     let lead = period.map_or(Lead::default(), |p| Lead::of(p, run.duration(), interval));
-    let motions = model_motions(fmu, beam, run, lead)?;
-    let follower = follow(&time, run, &Piece::all(&motions, lead), period);
+    let half = |second| Half { watch, second };
+    let motions = model_motions(fmu, beam, run, lead, &half(false))?;
+    let follower = follow(&time, run, &motions, period, &half(true))?;
     let measured_stick = detect_stick(&time, &run.displacement, run.belt_velocity, noise);
     // The follower has the measured period by construction; what the model does by itself counts.
     let model = Characteristics {
@@ -120,6 +127,22 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
         remarks: remarks(run),
         curves,
     })
+}
+
+/// Half of the work on a run.
+struct Half<'a> {
+    watch: &'a dyn Watch,
+    second: bool,
+}
+
+impl Watch for Half<'_> {
+    fn step(&self, what: &str, done: usize, of: usize) {
+        self.watch
+            .step(what, done + if self.second { of } else { 0 }, 2 * of);
+    }
+    fn stop(&self) -> bool {
+        self.watch.stop()
+    }
 }
 
 fn spread(values: &[f64]) -> f64 {

@@ -16,8 +16,9 @@ pub use comparison::{RunComparison, compare_run};
 
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::Campaign;
+use crate::measurement::{Campaign, Run};
 use crate::output::{make_folder, write_file};
+use crate::watch::Watch;
 
 /// Options of `compare`.
 #[derive(Debug, Args)]
@@ -85,19 +86,46 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 /// Compares every run, worst first.
 pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Error> {
     // Hidden by itself where standard error is no terminal.
-    let style =
-        ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid");
-    let progress = ProgressBar::new(campaign.runs.len() as u64).with_style(style);
-    let mut comparisons = Vec::new();
+    let style = ProgressStyle::with_template(
+        "{elapsed_precise} {bar:30} {percent} % {msg} (about {eta} left)",
+    )
+    .expect("the template is valid");
+    let samples = |run: &Run| run.time.len() as u64;
+    let bar = ProgressBar::new(campaign.runs.iter().map(samples).sum()).with_style(style);
+    let (mut comparisons, mut before) = (Vec::new(), 0);
     for run in &campaign.runs {
-        progress.set_message(run.name.clone());
-        comparisons.push(compare_run(fmu, &campaign.beam, run)?);
-        progress.inc(1);
+        bar.set_message(run.name.clone());
+        let inside = InsideRun {
+            bar: &bar,
+            before,
+            samples: samples(run),
+        };
+        comparisons.push(compare_run(fmu, &campaign.beam, run, &inside)?);
+        before += samples(run);
+        bar.set_position(before);
     }
-    progress.finish_and_clear();
+    bar.finish_and_clear();
     // A run that cannot be scored (NaN) is the worst.
     comparisons.sort_by(|a, b| b.nrmse.total_cmp(&a.nrmse));
     Ok(comparisons)
+}
+
+/// The bar while one run is in work; it counts samples.
+struct InsideRun<'a> {
+    bar: &'a ProgressBar,
+    before: u64,
+    samples: u64,
+}
+
+impl Watch for InsideRun<'_> {
+    fn step(&self, _: &str, done: usize, of: usize) {
+        let share = done as f64 / of.max(1) as f64;
+        let at = self.before + (share * self.samples as f64) as u64;
+        self.bar.set_position(at);
+    }
+    fn stop(&self) -> bool {
+        false
+    }
 }
 
 #[derive(serde::Serialize)]
