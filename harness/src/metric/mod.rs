@@ -12,6 +12,7 @@ mod resample;
 mod residual;
 mod spectrum;
 mod stick;
+mod stick_velocity;
 mod velocity;
 
 pub use amplitude::{amplitude, quantile};
@@ -25,4 +26,5 @@ pub use residual::{
 };
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, stick_fraction};
+pub use stick_velocity::{StickVelocity, plateau, stick_velocity};
 pub use velocity::velocity;

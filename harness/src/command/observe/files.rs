@@ -95,6 +95,10 @@ pub fn json(o: &Observation) -> String {
         "pole_speeds": o.pole_speeds.iter().map(|(f, causal, shifted)| json!({
             "pole_frequency_hz": f, "force_difference": causal, "force_difference_without_delay": shifted,
         })).collect::<Vec<_>>(),
+        "belt_velocity_in_stick": o.belt_in_stick.map(|b| json!({
+            "value_m_per_s": b.velocity, "std_m_per_s": b.std, "phases": b.phases, "samples": b.samples,
+            "stated_off_percent": 100.0 * b.stated_is_off_by(o.belt_velocity), "contradicts_stated": b.contradicts(o.belt_velocity),
+        })),
         "remarks": o.remarks,
     });
     serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")

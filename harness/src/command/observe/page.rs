@@ -65,6 +65,15 @@ fn summary(o: &Observation) -> Table {
         .collect();
     let mut table = Table::new(&["quantity", "value"]);
     table = row(table, "natural frequencies", frequencies.join(", "));
+    if let Some(belt) = &o.belt_in_stick {
+        let text = format!("{:.5} ± {:.5} m/s (95 %)", belt.velocity, 1.96 * belt.std);
+        table = row(
+            table,
+            "belt velocity, stated",
+            format!("{} m/s", o.belt_velocity),
+        );
+        table = row(table, "belt velocity, from the stick phases", text);
+    }
     table = row(table, "sensor noise", with_unit(o.noise_std, "m"));
     table = row(
         table,
