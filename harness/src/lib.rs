@@ -15,6 +15,7 @@ pub mod metric;
 pub mod observer;
 pub mod output;
 pub mod parallel;
+pub mod provenance;
 pub mod report;
 pub mod watch;
 mod wording;

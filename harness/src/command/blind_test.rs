@@ -14,6 +14,7 @@ use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 use crate::watch::Watch as _;
 
 /// Options of `blind-test`.
@@ -54,6 +55,8 @@ pub struct BlindCase {
     pub parameter_errors: BTreeMap<String, [f64; 2]>,
     /// Wall time in s.
     pub seconds: f64,
+    /// Where it comes from; the list itself, an array, has no place for that.
+    pub provenance: Provenance,
 }
 
 /// Runs the command.
@@ -81,7 +84,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let start = Instant::now();
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
         let diagnosis = diagnose(&fmu, &campaign, 0, &folder, &progress)?;
-        let case = score(&name, answer, &diagnosis, start.elapsed().as_secs_f64());
+        let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
+        let case = score(
+            &name,
+            answer,
+            &diagnosis,
+            (start.elapsed().as_secs_f64(), provenance),
+        );
         progress.suspend(|| println!("{}", line(&case)));
         cases.push(case);
         write_file(
@@ -111,7 +120,12 @@ fn strings(value: &Value) -> Vec<String> {
         .collect()
 }
 
-fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> BlindCase {
+fn score(
+    name: &str,
+    answer: &Value,
+    diagnosis: &Diagnosis,
+    (seconds, provenance): (f64, Provenance),
+) -> BlindCase {
     let hidden = strings(&answer["effects"]);
     let named: Vec<String> = diagnosis.effects.iter().map(|e| e.id.clone()).collect();
     let outside = hidden.iter().any(|h| h.starts_with("outside:"));
@@ -152,6 +166,7 @@ fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> Bli
         over_noise: last.holdout_over_noise,
         parameter_errors,
         seconds,
+        provenance,
     }
 }
 

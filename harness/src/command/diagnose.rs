@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 use crate::watch::Watch;
 
 /// Options of `diagnose`.
@@ -56,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        println!("{}", written_json(&arguments.output)?);
     } else {
         print!("{}", terminal(&diagnosis));
         println!("Report: {}", arguments.output.join("report.html").display());
@@ -100,10 +101,9 @@ pub fn report(
 ) -> Result<Diagnosis, Error> {
     let campaign = session.campaign;
     let diagnosis = conclude(session, selection, steps)?;
-    write_file(
-        &output.join("diagnosis.json"),
-        to_json(&diagnosis).as_bytes(),
-    )?;
+    let provenance = Provenance::of_campaign(campaign, fmu.path())?;
+    let json = provenance.json(&diagnosis);
+    write_file(&output.join(JSON), json.as_bytes())?;
     repaired_model::write(fmu, &diagnosis, output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
     watch.step("drawing report.html", 0, 1);
@@ -112,14 +112,27 @@ pub fn report(
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(session, selection, steps, &diagnosis, &command)?;
+    let page = diagnose_page::html(
+        session,
+        selection,
+        steps,
+        &diagnosis,
+        (&command, &provenance),
+    )?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }
 
-/// The JSON text.
-pub fn to_json(diagnosis: &Diagnosis) -> String {
-    serde_json::to_string_pretty(diagnosis).expect("numbers and texts have a JSON form")
+/// The diagnosis as a file.
+const JSON: &str = "diagnosis.json";
+
+/// The JSON text that [`report`] has written into `output`.
+///
+/// # Errors
+/// A file that can't be read.
+pub fn written_json(output: &Path) -> Result<String, Error> {
+    let path = output.join(JSON);
+    std::fs::read_to_string(&path).map_err(Error::read(&path))
 }
 
 /// The summary for the terminal.

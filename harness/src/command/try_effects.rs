@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::diagnose::{report, terminal, to_json};
+use super::diagnose::{report, terminal, written_json};
 use super::progress::Progress;
 use crate::diagnose::select::follow;
 use crate::diagnose::session::Session;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        println!("{}", written_json(&arguments.output)?);
     } else {
         print!("{}", terminal(&diagnosis));
         println!("Report: {}", arguments.output.join("report.html").display());

@@ -16,6 +16,8 @@
 mod axis;
 mod bars;
 mod colour;
+#[cfg(test)]
+mod contrast;
 mod layer;
 mod matrix;
 mod number;

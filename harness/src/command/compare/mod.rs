@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Run};
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 use crate::watch::Watch;
 
 /// Options of `compare`.
@@ -62,17 +63,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let comparisons = compare(&fmu, &campaign)?;
 
-    let json = serde_json::to_string_pretty(&Summary {
+    let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
+    let json = provenance.json(&Summary {
         campaign: &campaign.name,
         fmu: &fmu.description().model_name,
         runs: &comparisons,
-    })
-    .expect("numbers and texts have a JSON form");
+    });
     write_file(&arguments.output.join("comparison.json"), json.as_bytes())?;
     let report = arguments.output.join("report.html");
     write_file(
         &report,
-        page::html(&fmu, &campaign, &comparisons, limit).as_bytes(),
+        page::html(&fmu, &campaign, &comparisons, limit, &provenance).as_bytes(),
     )?;
     if arguments.json {
         println!("{json}");

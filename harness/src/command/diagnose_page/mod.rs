@@ -17,6 +17,7 @@ use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::Step;
 use crate::error::Error;
+use crate::provenance::Provenance;
 use crate::report::{Figure, Page};
 use views::Views;
 
@@ -38,7 +39,7 @@ struct Material<'a> {
     views: Views,
 }
 
-/// The finished document; `command` is the command line that makes it anew.
+/// The finished document; `command` is the command line that makes it anew, with the provenance of what it shows.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -47,7 +48,7 @@ pub fn html(
     selection: &Selection,
     steps: &[Step],
     diagnosis: &Diagnosis,
-    command: &str,
+    (command, provenance): (&str, &Provenance),
 ) -> Result<String, Error> {
     let views = Views::new(session, selection, steps, diagnosis)?;
     let material = Material {
@@ -72,7 +73,7 @@ pub fn html(
         .section("Reproduce")
         .paragraph("This command makes this page anew, with the same numbers:")
         .code(command);
-    Ok(page.html())
+    Ok(page.foot(&provenance.lines()).html())
 }
 
 fn lead(session: &Session) -> String {

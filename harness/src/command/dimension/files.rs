@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::series::Series;
 use crate::dimension::Analysis;
+use crate::provenance::Provenance;
 
 /// One line per embedding dimension and radius.
 pub fn sums(a: &Analysis) -> String {
@@ -28,7 +29,7 @@ fn number(value: f64) -> Value {
 }
 
 /// All results.
-pub fn json(series: &Series, a: &Analysis) -> String {
+pub fn json(series: &Series, a: &Analysis, provenance: &Provenance) -> String {
     let per_dimension: Vec<Value> = (1..=a.sum.counts.len())
         .map(|m| {
             json!({
@@ -82,5 +83,5 @@ pub fn json(series: &Series, a: &Analysis) -> String {
         "noise_radius": a.noise_radius,
         "remarks": a.remarks,
     });
-    serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
+    provenance.json(&value)
 }

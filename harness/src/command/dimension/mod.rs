@@ -6,7 +6,7 @@ mod pictures;
 mod series;
 mod terminal;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
@@ -14,6 +14,7 @@ use super::progress::Progress;
 use crate::dimension::{Norm, Settings, analyse};
 use crate::error::Error;
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 
 /// Norms, as the option has them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -130,14 +131,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     watch.finish();
     make_folder(&arguments.output)?;
     let into = |name: &str| arguments.output.join(name);
-    let json = files::json(&series, &analysis);
+    let file = arguments.series.as_deref().or(arguments.fmu.as_deref());
+    let read = file.filter(|file| *file != Path::new("own"));
+    let provenance = Provenance::of(&read.into_iter().collect::<Vec<_>>())?;
+    let json = files::json(&series, &analysis, &provenance);
     write_file(&into("dimension.json"), json.as_bytes())?;
     write_file(
         &into("correlation_sum.csv"),
         files::sums(&analysis).as_bytes(),
     )?;
     let report = into("dimension.html");
-    write_file(&report, page::html(&series, &analysis).as_bytes())?;
+    write_file(
+        &report,
+        page::html(&series, &analysis, &provenance).as_bytes(),
+    )?;
     if arguments.json {
         println!("{json}");
     } else {

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::Observation;
 use crate::observer::{FrictionLaw, LawFit};
+use crate::provenance::Provenance;
 
 /// One line per sample; empty where a value is not known.
 pub fn force(o: &Observation) -> String {
@@ -57,7 +58,7 @@ pub fn table(o: &Observation) -> Option<String> {
 }
 
 /// The results without the columns.
-pub fn json(o: &Observation) -> String {
+pub fn json(o: &Observation, provenance: &Provenance) -> String {
     let estimate = |e: Option<crate::observer::Estimate>| {
         e.map_or(Value::Null, |e| json!({ "value": e.value, "std": e.std }))
     };
@@ -101,7 +102,7 @@ pub fn json(o: &Observation) -> String {
         })),
         "remarks": o.remarks,
     });
-    serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
+    provenance.json(&value)
 }
 
 fn law(fit: &LawFit) -> Value {

@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
 use crate::observer::{PoleRule, Structure};
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 
 /// Ways to estimate the force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -114,6 +115,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
                 source,
             }
         })?;
+    let toml = match (&arguments.campaign, &arguments.beam) {
+        (Some(campaign), _) if campaign.is_dir() => campaign.join("campaign.toml"),
+        (campaign, beam) => campaign
+            .as_ref()
+            .or(beam.as_ref())
+            .cloned()
+            .unwrap_or_default(),
+    };
+    let provenance = Provenance::of(&[&run.file, &toml])?;
     let into = |name: &str| arguments.output.join(name);
     write_file(&into("force.csv"), files::force(&observation).as_bytes())?;
     write_file(
@@ -124,9 +134,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         write_file(&into("friction_table.set"), table.as_bytes())?;
     }
     let report = into("observer.html");
-    write_file(&report, page::html(&observation).as_bytes())?;
+    write_file(&report, page::html(&observation, &provenance).as_bytes())?;
     if arguments.json {
-        println!("{}", files::json(&observation));
+        println!("{}", files::json(&observation, &provenance));
     } else {
         print!("{}", terminal::summary(&observation));
         println!("Report: {}", report.display());

@@ -20,6 +20,7 @@ use super::simulate::start_values;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::output::write_file;
+use crate::provenance::Provenance;
 use crate::report::svg_file;
 use crate::watch::Watch;
 use orbits::Branches;
@@ -176,9 +177,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = Study::new(&plan, &rows, store.done, section, branches);
     let picture = pictures::main(&study);
     write_file(&into("sweep.svg"), svg_file(picture.as_ref()).as_bytes())?;
-    write_file(&into("sweep.html"), page::html(&study).as_bytes())?;
+    let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();
+    let provenance = Provenance::of(&files)?;
+    let html = page::html(&study, &provenance);
+    write_file(&into("sweep.html"), html.as_bytes())?;
     if arguments.json {
-        println!("{}", json::results(&study));
+        println!("{}", json::results(&study, &provenance));
     } else {
         print!("{}", terminal::summary(&study));
         println!("Report: {}", into("sweep.html").display());

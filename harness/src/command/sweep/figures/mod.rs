@@ -18,6 +18,7 @@ use super::{Study, compute, threads};
 use crate::command::progress::Progress;
 use crate::error::Error;
 use crate::output::{make_folder, write_file};
+use crate::provenance::Provenance;
 use crate::report::{Figure, svg_file};
 use crate::watch::Watch;
 
@@ -249,8 +250,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             write_file(&path, svg_file(picture.as_ref()).as_bytes())?;
         }
     }
+    let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();
+    let provenance = Provenance::of(&files)?;
     let report = arguments.output.join("figures.html");
-    write_file(&report, page::html(&figures).as_bytes())?;
+    write_file(&report, page::html(&figures, &provenance).as_bytes())?;
     for figure in &figures {
         for claim in &figure.claims {
             println!(

@@ -1,10 +1,11 @@
 //! figures.html.
 
-use super::PaperFigure;
-use crate::report::{Cell, Figure, Page, Table};
+use super::{PaperFigure, Verdict};
+use crate::provenance::Provenance;
+use crate::report::{Cell, Colour, Figure, Page, Table};
 
 /// The finished document.
-pub fn html(figures: &[PaperFigure]) -> String {
+pub fn html(figures: &[PaperFigure], provenance: &Provenance) -> String {
     let mut summary = Table::new(&["figure", "what", "verdict"]);
     for figure in figures {
         for claim in &figure.claims {
@@ -15,10 +16,14 @@ pub fn html(figures: &[PaperFigure]) -> String {
             ]);
         }
     }
+    let claims = || figures.iter().flat_map(|f| &f.claims);
+    let agreeing = claims().filter(|c| c.verdict == Verdict::Agrees).count();
+    let headline = format!("{agreeing} of {} claims agree.", claims().count());
     let mut page = Page::new(
         "The paper's numerical figures",
         "P. Stelter, Nonlinear Vibrations of Structures Induced by Dry Friction (1992), beside what this model shows.",
     )
+    .banner(Colour::Blue, &headline, "", &[])
     .table(&summary)
     .paragraph(
         "The paper gives neither the beam's dimensions nor start states nor the ranges of some axes; modal mass and ranges are this model's \
@@ -40,5 +45,5 @@ pub fn html(figures: &[PaperFigure]) -> String {
             many => page.figures(many),
         };
     }
-    page.html()
+    page.foot(&provenance.lines()).html()
 }
