@@ -14,6 +14,7 @@ use super::unexplained::Spectra;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Role, of_one_sensor};
+pub use crate::parallel::parallel;
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
@@ -252,41 +253,4 @@ fn hold_out(campaign: &Campaign) -> Vec<bool> {
         }
     }
     out
-}
-
-/// Maps a slice on as many threads as there are processors; the first error wins.
-///
-/// # Errors
-/// The error of the first item that fails.
-pub fn parallel<T: Sync, R: Send>(
-    items: &[T],
-    work: impl Fn(&T) -> Result<R, Error> + Sync,
-) -> Result<Vec<R>, Error> {
-    let threads = std::thread::available_parallelism()
-        .map_or(1, |n| n.get())
-        .min(items.len())
-        .max(1);
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let slots: Vec<std::sync::Mutex<Option<Result<R, Error>>>> =
-        items.iter().map(|_| std::sync::Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    let Some(item) = items.get(i) else { break };
-                    let result = work(item);
-                    *slots[i].lock().unwrap_or_else(|e| e.into_inner()) = Some(result);
-                }
-            });
-        }
-    });
-    slots
-        .into_iter()
-        .map(|slot| {
-            slot.into_inner()
-                .unwrap_or_else(|e| e.into_inner())
-                .expect("every item was worked on")
-        })
-        .collect()
 }
