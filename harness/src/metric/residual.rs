@@ -133,11 +133,7 @@ pub fn align(
     let mut last: Vec<f64> = bounds.iter().map(|b| b.0).collect();
     let (mut fits, mut compared) = (Vec::with_capacity(block.len()), 0);
     for samples in block {
-        let mut stretch = Stretch {
-            time: &time[samples.clone()],
-            measured: &measured[samples.clone()],
-            compared: 0,
-        };
+        let mut stretch = Stretch::new(&time[samples.clone()], &measured[samples.clone()]);
         let mut best: Vec<Place> = Vec::with_capacity(REFINED + 1);
         for &k in &order {
             let worst = best.get(REFINED - 1).map_or(f64::INFINITY, |p| p.misfit);
@@ -219,10 +215,36 @@ impl Place {
 struct Stretch<'a> {
     time: &'a [f64],
     measured: &'a [f64],
+    /// Times and values that the grid search looks at, scattered over the stretch: a cycle that differs is given up after a
+    /// few of them, while neighbours would all say the same.
+    scattered: Vec<(f64, f64)>,
     compared: u64,
 }
 
-impl Stretch<'_> {
+impl<'a> Stretch<'a> {
+    fn new(time: &'a [f64], measured: &'a [f64]) -> Self {
+        let skip = (time.len() / GRID_SAMPLES).max(1);
+        let looked_at: Vec<(f64, f64)> = time
+            .iter()
+            .copied()
+            .zip(measured.iter().copied())
+            .step_by(skip)
+            .collect();
+        let n = looked_at.len();
+        // Steps of the golden section are far from all earlier ones; without a common divisor they reach every sample.
+        let divides = |d: usize, s: usize| n.is_multiple_of(d) && s.is_multiple_of(d);
+        let mut stride = ((0.618 * n as f64) as usize).max(1);
+        while (2..=stride).any(|d| divides(d, stride)) {
+            stride += 1;
+        }
+        Self {
+            time,
+            measured,
+            scattered: (0..n).map(|i| looked_at[i * stride % n]).collect(),
+            compared: 0,
+        }
+    }
+
     /// The shift within the bounds that fits best on a grid, of which the point next to `first` is tried first; a misfit of
     /// infinity stands for all above `worst`.
     fn coarse(
@@ -234,7 +256,6 @@ impl Stretch<'_> {
         (first, worst): (f64, f64),
     ) -> Place {
         let step = period / POINTS_PER_PERIOD;
-        let skip = (self.time.len() / GRID_SAMPLES).max(1);
         let points = ((highest - lowest) / step).floor().max(0.0) as usize;
         let mut best = Place {
             motion: k,
@@ -244,7 +265,7 @@ impl Stretch<'_> {
         let first = (((first - lowest) / step).round().max(0.0) as usize).min(points);
         for i in std::iter::once(first).chain(0..=points) {
             let shift = lowest + i as f64 * step;
-            let misfit = self.misfit(motion, shift, skip, best.misfit.min(worst));
+            let misfit = self.glance(motion, shift, best.misfit.min(worst));
             if misfit < best.misfit {
                 (best.shift, best.misfit) = (shift, misfit);
             }
@@ -261,7 +282,7 @@ impl Stretch<'_> {
         period: f64,
     ) -> Place {
         let step = period / POINTS_PER_PERIOD;
-        let mut misfit = |shift| self.misfit(motion, shift, 1, f64::INFINITY);
+        let mut misfit = |shift| self.misfit(motion, shift);
         let (mut low, mut high) = (
             (start.shift - step).max(lowest),
             (start.shift + step).min(highest),
@@ -283,18 +304,36 @@ impl Stretch<'_> {
         }
     }
 
-    /// Sum of squares over every `skip`th sample; infinite where the model does not reach, and as soon as it passes `give_up`.
-    fn misfit(&mut self, motion: &ModelMotion, shift: f64, skip: usize, give_up: f64) -> f64 {
+    /// Sum of squares over the scattered samples; infinite where the model does not reach, and as soon as it passes `give_up`.
+    fn glance(&mut self, motion: &ModelMotion, shift: f64, give_up: f64) -> f64 {
+        let per_interval = 1.0 / motion.interval;
+        let offset = (shift - motion.start) * per_interval;
         let mut sum = 0.0;
-        for (i, (t, m)) in (self.time.iter().zip(self.measured).step_by(skip)).enumerate() {
-            sum += (motion.at(t + shift) - m).powi(2);
-            if sum.is_nan() || sum > give_up {
+        for (i, (t, m)) in self.scattered.iter().enumerate() {
+            let at = t * per_interval + offset;
+            // A negative number becomes index 0 here, but no shift of the grid leads there.
+            let k = at as usize;
+            let Some([low, high]) = motion.values.get(k..k + 2) else {
+                self.compared += i as u64 + 1;
+                return f64::INFINITY;
+            };
+            let off = low + (at - k as f64) * (high - low) - m;
+            sum += off * off;
+            if sum > give_up {
                 self.compared += i as u64 + 1;
                 return f64::INFINITY;
             }
         }
-        self.compared += self.time.len().div_ceil(skip) as u64;
-        sum
+        self.compared += self.scattered.len() as u64;
+        if sum.is_nan() { f64::INFINITY } else { sum }
+    }
+
+    /// Sum of squares over all samples; infinite where the model does not reach.
+    fn misfit(&mut self, motion: &ModelMotion, shift: f64) -> f64 {
+        self.compared += self.time.len() as u64;
+        let square = |(t, m): (&f64, &f64)| (motion.at(t + shift) - m).powi(2);
+        let sum: f64 = self.time.iter().zip(self.measured).map(square).sum();
+        if sum.is_nan() { f64::INFINITY } else { sum }
     }
 }
 
