@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use super::axis::{Axis, Scale};
 use super::colour::Colour;
 
+/// A picture grows to so many times its size, where the page has room, and no further: its texts would shout.
+const LARGEST: f64 = 1.3;
 /// Width of a picture for narrow screens, px: that of a phone's screen less the page's margins.
 pub(super) const NARROW: f64 = 336.0;
 /// Room around the plotting area, px: for tick texts and axis labels.
@@ -145,7 +147,7 @@ impl Canvas {
     /// Border, and grid, ticks and label of the horizontal axis only.
     pub fn axis_below(&mut self, axis: &Axis, scale: &Scale) {
         let (left, top, bottom) = (self.left, self.top, self.top + self.height);
-        for (tick, text) in axis.ticks(scale, (self.width / 90.0) as usize) {
+        for (tick, text) in axis.ticks(scale, ((self.width / 90.0) as usize).max(3)) {
             let at = left + self.width * scale.share(tick);
             let _ = write!(
                 self.text,
@@ -179,7 +181,8 @@ impl Canvas {
     pub fn finish(self, description: &str) -> String {
         let (w, h) = self.total;
         format!(
-            r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{}" xmlns="http://www.w3.org/2000/svg">{}</svg>"#,
+            r#"<svg viewBox="0 0 {w} {h}" style="max-width:{:.0}px" role="img" aria-label="{}" xmlns="http://www.w3.org/2000/svg">{}</svg>"#,
+            LARGEST * w,
             escape(description),
             self.text
         )

@@ -11,6 +11,7 @@ use crate::observer::{
     estimate_frequencies, fit_laws, friction_characteristic, friction_curve, observe as place,
     offset_from_symmetry, segments, smooth, smooth_stick_slip,
 };
+use crate::report::number;
 
 /// Results for one run; columns have one entry per sample.
 #[derive(Debug)]
@@ -395,19 +396,16 @@ fn difference(force: &[f64], reference: &[f64]) -> f64 {
 
 /// What to say of a stated belt velocity that the stick phases contradict; first of the remarks, since all else rests on it.
 fn contradiction(stated: f64, found: &StickVelocity) -> String {
-    let (low, high) = (
-        found.velocity - 1.96 * found.std,
-        found.velocity + 1.96 * found.std,
-    );
     let percent = 100.0 * found.stated_is_off_by(stated);
     format!(
         "The stated belt velocity of {stated} m/s is {:.2} % too {}: in stick the tip moves with the belt, and in {} stick phases it moves at \
-         {:.5} m/s (95 % interval {low:.5} to {high:.5}). The stated one was used; repeat with the other (--belt-velocity, or \
-         belt_velocity_m_per_s of the run), unless the sensor's scale is what is off.",
+         {:.6} ± {} m/s (95 %). The stated one was used; repeat with the other (--belt-velocity, or belt_velocity_m_per_s of the run), \
+         unless the sensor's scale is what is off.",
         percent.abs(),
         if percent > 0.0 { "high" } else { "low" },
         found.phases,
         found.velocity,
+        number(1.96 * found.std, 2),
     )
 }
 

@@ -112,7 +112,11 @@ fn summary(o: &Observation) -> Table {
     let mut table = Table::new(&["quantity", "value"]);
     table = row(table, "natural frequencies", frequencies.join(", "));
     if let Some(belt) = &o.belt_in_stick {
-        let text = format!("{:.5} ± {:.5} m/s (95 %)", belt.velocity, 1.96 * belt.std);
+        let text = format!(
+            "{:.6} ± {} m/s (95 %)",
+            belt.velocity,
+            number(1.96 * belt.std, 2)
+        );
         table = row(
             table,
             "belt velocity, stated",

@@ -30,7 +30,11 @@ pub fn summary(o: &Observation) -> String {
         ),
     );
     if let Some(belt) = &o.belt_in_stick {
-        let value = format!("{:.5} ± {:.5} m/s (95 %)", belt.velocity, 1.96 * belt.std);
+        let value = format!(
+            "{:.6} ± {} m/s (95 %)",
+            belt.velocity,
+            number(1.96 * belt.std, 2)
+        );
         line("belt velocity in stick", value);
     }
     line("sensor noise", with_unit(o.noise_std, "m"));
