@@ -51,7 +51,7 @@ fn is_finite(point: &Point) -> bool {
     point.0.is_finite() && point.1.is_finite()
 }
 
-/// Of each pixel column its lowest and highest point, in the order in which they come, at the column's first x.
+/// Of each pixel column its lowest and highest point, in the order in which they come, in the middle of the column.
 fn columns(points: &[Point]) -> impl Iterator<Item = Point> {
     points
         .chunk_by(|a, b| a.0.floor() == b.0.floor())
@@ -65,8 +65,9 @@ fn columns(points: &[Point]) -> impl Iterator<Item = Point> {
                     high = i;
                 }
             }
-            let x = column[0].0;
-            [low.min(high), low.max(high)].map(|i| (x, column[i].1))
+            // Whole px take half the text, and nobody sees the difference where a column is this full.
+            let x = column[0].0.floor() + 0.5;
+            [low.min(high), low.max(high)].map(|i| (x, column[i].1.round()))
         })
 }
 
