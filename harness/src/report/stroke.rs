@@ -126,8 +126,9 @@ impl Pen {
             if (point.0 - last.0).abs() < NEAR && (point.1 - last.1).abs() < NEAR {
                 continue;
             }
-            // Every cell is inked, also once one was found to be fresh.
-            let fresh = cells(last, point).fold(false, |fresh, cell| inked.insert(cell) || fresh);
+            let before = inked.len();
+            inked.extend(cells(last, point));
+            let fresh = inked.len() > before;
             if fresh {
                 if !pen_down {
                     self.move_to(last);

@@ -31,7 +31,7 @@ pub(super) struct Motion {
 /// work grows with the record and not with its square.
 const WHOLE_SAMPLES: f64 = 20_000.0;
 /// Length of such a block, and of the motions' way from their start that is looked at, in measured periods.
-const BLOCK_PERIODS: f64 = 16.0;
+const BLOCK_PERIODS: f64 = 32.0;
 
 /// How much longer than what is compared with it the model runs, in samples.
 #[derive(Debug, Clone, Copy, Default)]
