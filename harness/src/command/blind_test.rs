@@ -1,7 +1,7 @@
 //! `stickslip blind-test`: diagnoses every campaign of a folder whose answers are known, and counts.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -12,8 +12,9 @@ use super::diagnose::diagnose;
 use super::progress::Progress;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
 use crate::watch::Watch as _;
 
 /// Options of `blind-test`.
@@ -59,7 +60,9 @@ pub struct BlindCase {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let truth_file = arguments.folder.join("truth.json");
-    let text = std::fs::read_to_string(&truth_file).map_err(Error::read(&truth_file))?;
+    let text = std::fs::read_to_string(&truth_file)
+        .map_err(Error::read(&truth_file))
+        .map_err(|error| explain(error, &arguments.folder, Wanted::BlindTest))?;
     let truth: Vec<Value> = serde_json::from_str(&text).map_err(|e| Error::Truth {
         path: truth_file.clone(),
         problem: e.to_string(),
@@ -82,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
         let diagnosis = diagnose(&fmu, &campaign, 0, &folder, &progress)?;
         let case = score(&name, answer, &diagnosis, start.elapsed().as_secs_f64());
-        progress.suspend(|| println!("{}", line(&case)));
+        progress.suspend(|| print_line(line(&case)))?;
         cases.push(case);
         write_file(
             &arguments.output.join("blind-test.json"),
@@ -92,14 +95,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         )?;
     }
     progress.finish();
-    print!("{}", summary(&cases));
-    println!(
-        "Details: {}",
-        Path::new(&arguments.output)
-            .join("blind-test.json")
-            .display()
-    );
-    Ok(())
+    print(&summary(&cases))?;
+    let details = arguments.output.join("blind-test.json");
+    print_line(format_args!("Details: {}", details.display()))
 }
 
 fn strings(value: &Value) -> Vec<String> {

@@ -17,7 +17,7 @@ use crate::diagnose::terms;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
 use crate::watch::Watch;
 
 /// Options of `diagnose`.
@@ -41,8 +41,18 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
+const MOST_NULL: usize = 10_000;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.null > MOST_NULL {
+        return Err(Error::Option {
+            option: "--null",
+            value: arguments.null.to_string(),
+            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
+        });
+    }
     let campaign = Campaign::load(&arguments.campaign)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
@@ -56,12 +66,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        print_line(to_json(&diagnosis))
     } else {
-        print!("{}", terminal(&diagnosis));
-        println!("Report: {}", arguments.output.join("report.html").display());
+        print(&terminal(&diagnosis))?;
+        let report = arguments.output.join("report.html");
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }
 
 /// Diagnoses a campaign and writes everything into `output`; with `null` simulated campaigns for each step.

@@ -9,6 +9,7 @@ mod diagnose_page;
 pub mod dimension;
 pub mod effects;
 pub mod observe;
+pub mod operating_options;
 pub mod operating_point;
 pub mod pack;
 mod parameter_set;

@@ -11,7 +11,7 @@ use crate::diagnose::session::Session;
 use crate::diagnose::steps::climb;
 use crate::error::Error;
 use crate::measurement::Campaign;
-use crate::output::make_folder;
+use crate::output::{make_folder, print, print_line};
 use crate::watch::Watch;
 
 /// Options of `try`.
@@ -66,10 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        print_line(to_json(&diagnosis))
     } else {
-        print!("{}", terminal(&diagnosis));
-        println!("Report: {}", arguments.output.join("report.html").display());
+        print(&terminal(&diagnosis))?;
+        let report = arguments.output.join("report.html");
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }

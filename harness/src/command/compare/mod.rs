@@ -17,7 +17,7 @@ pub use comparison::{RunComparison, compare_run};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
 
 /// Options of `compare`.
 #[derive(Debug, Args)]
@@ -74,10 +74,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         page::html(&fmu, &campaign, &comparisons, limit).as_bytes(),
     )?;
     if arguments.json {
-        println!("{json}");
+        print_line(json)?;
     } else {
-        print!("{}", terminal::table(&campaign, &comparisons, limit));
-        println!("Report: {}", report.display());
+        print(&terminal::table(&campaign, &comparisons, limit))?;
+        print_line(format_args!("Report: {}", report.display()))?;
     }
     gate(&comparisons, limit)
 }

@@ -10,10 +10,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::operating_options::OperatingOptions;
 use super::progress::Progress;
 use crate::dimension::{Norm, Settings, analyse};
 use crate::error::Error;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
 
 /// Norms, as the option has them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -40,20 +41,8 @@ pub struct Arguments {
     /// FMU to simulate instead of reading a series; "own" is this repository's StickSlipBeam, packed on the spot
     #[arg(long, value_name = "FILE")]
     fmu: Option<PathBuf>,
-    /// Belt velocity in m/s, any sign; with --fmu
-    #[arg(
-        long,
-        value_name = "M/S",
-        default_value_t = 0.1,
-        allow_negative_numbers = true
-    )]
-    belt_velocity: f64,
-    /// Normal force in N; with --fmu
-    #[arg(long, value_name = "N", default_value_t = 100.0)]
-    normal_force: f64,
-    /// Start value of any variable of the FMU, in the variable's unit, or @FILE with one per line; may be repeated; with --fmu
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    settings: Vec<String>,
+    #[command(flatten)]
+    at: OperatingOptions,
     /// Output of the FMU to analyse
     #[arg(long, value_name = "NAME", default_value = "tip_displacement")]
     variable: String,
@@ -139,10 +128,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let report = into("dimension.html");
     write_file(&report, page::html(&series, &analysis).as_bytes())?;
     if arguments.json {
-        println!("{json}");
+        print_line(json)
     } else {
-        print!("{}", terminal::summary(&series, &analysis));
-        println!("Report: {}", report.display());
+        print(&terminal::summary(&series, &analysis))?;
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }

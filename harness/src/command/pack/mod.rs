@@ -21,7 +21,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use self::platforms::Binaries;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::output::write_file;
+use crate::output::{print_line, write_file};
 
 /// Name of the file.
 pub const FILE_NAME: &str = "StickSlipBeam.fmu";
@@ -47,8 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         None => Binaries::of_this_build()?,
     };
     pack_binaries(&arguments.output, &arguments.effects, &binaries)?;
-    println!("Packed {}", arguments.output.display());
-    Ok(())
+    print_line(format_args!("Packed {}", arguments.output.display()))
 }
 
 /// Writes the FMU with its built-in start values.

@@ -17,7 +17,7 @@ use super::plan::{Axis, Plan, StartKind};
 use super::{Study, compute, threads};
 use crate::command::progress::Progress;
 use crate::error::Error;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print_line, write_file};
 use crate::report::{Figure, svg_file};
 use crate::watch::Watch;
 
@@ -253,16 +253,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     write_file(&report, page::html(&figures).as_bytes())?;
     for figure in &figures {
         for claim in &figure.claims {
-            println!(
+            print_line(format_args!(
                 "Figure {:<3} {}: {}",
                 figure.number,
                 claim.verdict.words(),
                 claim.model
-            );
+            ))?;
         }
     }
-    println!("Report: {}", report.display());
-    Ok(())
+    print_line(format_args!("Report: {}", report.display()))
 }
 
 fn all(workshop: &Workshop) -> Result<Vec<PaperFigure>, Error> {
