@@ -129,7 +129,7 @@ impl<'a> Session<'a> {
             .collect();
         let noise = of_one_sensor(&estimates);
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
-        Ok(Self {
+        let session = Self {
             catalogue: candidates(fmu)?,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
@@ -149,7 +149,38 @@ impl<'a> Session<'a> {
             horizon,
             fmu,
             campaign,
-        })
+        };
+        session.has_shots()?;
+        Ok(session)
+    }
+
+    /// Whether there are shots to learn from and shots to judge on; no fit can do without.
+    fn has_shots(&self) -> Result<(), Error> {
+        let campaign = &self.campaign.folder;
+        if self.held_out.iter().all(|h| *h) {
+            return Err(Error::NothingToFit {
+                campaign: campaign.clone(),
+            });
+        }
+        let too_short = |of: &'static str, shots: usize| Error::RunsTooShort {
+            campaign: campaign.clone(),
+            of,
+            shots,
+            // A shot, its search for a place to begin, and the margin before the first.
+            needed: 1.25 * self.horizon * shots as f64,
+        };
+        if self.fit_shots(1).is_empty() {
+            return Err(too_short("learn from", 1));
+        }
+        // Of a run that is judged the first shot teaches what is its own, the second is judged; where none is held out,
+        // all are.
+        let is_judged = |run: &usize| self.held_out[*run] || !self.held_out.contains(&true);
+        let shots_of = |run: usize| self.shots.iter().filter(|s| s.run == run).count();
+        let mut judged = (0..self.held_out.len()).filter(is_judged);
+        if !judged.any(|run| shots_of(run) > 1) {
+            return Err(too_short("judge on", 2));
+        }
+        Ok(())
     }
 
     /// Mean standard deviation of the displacement over the runs, in m.
