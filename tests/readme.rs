@@ -1,5 +1,6 @@
 //! The README's table of effects says what the FMU's description says.
-//! `UPDATE_README=1 cargo test --release --test readme` writes it anew.
+//! `UPDATE_README=1 cargo test --release --test readme` writes it anew. What commands print is compared by
+//! harness/tests/readme_outputs.rs.
 
 use std::fmt::Write as _;
 use stickslip_tests::root;
@@ -45,6 +46,9 @@ fn table() -> String {
 #[test]
 fn the_table_of_effects_is_up_to_date() {
     let path = root().join("README.md");
+    // Held against the other test that writes the README (harness/tests/readme_outputs.rs).
+    let lock = std::fs::File::open(&path).expect("readable");
+    lock.lock().expect("it can be held");
     let readme = std::fs::read_to_string(&path).expect("readable");
     let begin = readme.find(BEGIN).expect("marker of the table's begin") + BEGIN.len();
     let end = readme.find(END).expect("marker of the table's end");
@@ -67,6 +71,62 @@ fn the_effect_of_ones_own_in_the_readme_can_be_used() {
     let end = begin + readme[begin..].find("```").expect("its end");
     let card = beam_model_description::UserCard::parse(&readme[begin..end]).expect("usable");
     assert_eq!(card.id, "belt_ribs");
+}
+
+/// The README's section with this heading.
+fn section<'a>(readme: &'a str, heading: &str) -> &'a str {
+    let begin = readme.find(heading).expect("the heading") + heading.len();
+    let end = readme[begin..]
+        .find("\n#")
+        .map_or(readme.len(), |e| begin + e);
+    &readme[begin..end]
+}
+
+#[test]
+fn the_exit_codes_are_those_of_the_command() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("readable");
+    let plain = |text: &str| text.replace('`', "");
+    let row = |line: &str| {
+        let cells = line.strip_prefix("| ")?.strip_suffix(" |")?;
+        let (code, meaning) = cells.split_once(" | ")?;
+        Some((code.parse::<u8>().ok()?, plain(meaning)))
+    };
+    let rows: Vec<(u8, String)> = section(&readme, "### Exit codes\n")
+        .lines()
+        .filter_map(row)
+        .collect();
+    let own: Vec<(u8, String)> = stickslip::exit::Exit::ALL
+        .iter()
+        .map(|exit| (exit.code(), plain(exit.meaning())))
+        .collect();
+    assert_eq!(rows, own);
+}
+
+#[test]
+fn every_key_of_a_campaign_is_in_the_readme() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("readable");
+    let documented = section(&readme, "### A campaign\n");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("campaign.toml");
+    let mut keys = Vec::new();
+    for table in ["", "[beam]\n", "[channels]\n", "[[run]]\n"] {
+        // A key that does not exist: the answer names those that do.
+        std::fs::write(&file, format!("{table}nonsense = 1\n")).expect("writable");
+        let error = stickslip::measurement::Campaign::load(&file).expect_err("refused");
+        let message = error.to_string();
+        let (_, known) = message.split_once("expected one of").expect(&message);
+        keys.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
+    }
+    assert!(keys.len() > 15, "{keys:?}");
+    for key in keys {
+        let is_there = documented
+            .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .any(|word| word == key);
+        assert!(
+            is_there,
+            "{key} is not in the README's section on campaigns"
+        );
+    }
 }
 
 #[test]

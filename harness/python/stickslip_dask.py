@@ -20,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 
-STATUS = ["ok", "settling", "dies_out", "rest", "no_section"]
+STATUS = ["ok", "settling", "dies_out", "rest", "no_section", "unresolved"]
 MAX_STATES = 24
 HEAD = 11 + MAX_STATES
 

@@ -1,26 +1,23 @@
 //! The command line.
 
-use clap::{Parser, Subcommand};
+use std::any::TypeId;
+use std::ffi::OsString;
+
+use clap::{Arg, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
     sweep, system, try_effects,
 };
 
-/// Exit codes, as the help shows them.
-const EXIT_CODES: &str = "Exit codes:
-  0  done
-  1  a gate failed (--fail-above)
-  2  bad input: option, campaign, CSV or FMU file
-  3  the FMU failed while running
-  4  a result could not be written
-  5  stopped before the end; the same command goes on";
+use crate::error::Error;
+use crate::exit::Exit;
 
 /// Compare a stick-slip beam's FMU with measurements.
 ///
 /// Without a command: the demonstration.
 #[derive(Debug, Parser)]
-#[command(name = "stickslip", version, after_help = EXIT_CODES, term_width = 100)]
+#[command(name = "stickslip", version, after_help = Exit::list(), term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -58,4 +55,71 @@ pub enum Command {
     System(system::Arguments),
     /// Write the files that the FMI Cross-Check asks of an exporting tool
     CrossCheck(cross_check::Arguments),
+}
+
+/// The command line's definition. Every option that takes numbers takes negative ones: clap alone takes `-1e-5` and
+/// `-1,2` for options that do not exist.
+pub fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        command.mut_args(|arg| {
+            if takes_numbers(&arg) {
+                arg.allow_hyphen_values(true)
+            } else {
+                arg
+            }
+        })
+    })
+}
+
+/// Whether an option's values are numbers.
+pub fn takes_numbers(arg: &Arg) -> bool {
+    let of = arg.get_value_parser().type_id();
+    [
+        TypeId::of::<f64>(),
+        TypeId::of::<usize>(),
+        TypeId::of::<u64>(),
+    ]
+    .iter()
+    .any(|number| of == *number)
+}
+
+/// What a command line asks for: a command, or a text to print (help, version).
+pub enum Asked {
+    /// A command.
+    For(Box<Cli>),
+    /// A text.
+    Text(String),
+}
+
+/// Reads a command line, the program's name first.
+///
+/// # Errors
+/// [`Error::Usage`], in one line.
+pub fn parse(line: impl IntoIterator<Item = OsString>) -> Result<Asked, Error> {
+    let parsed = command()
+        .try_get_matches_from(line)
+        .and_then(|matches| Cli::from_arg_matches(&matches));
+    match parsed {
+        Ok(cli) => Ok(Asked::For(Box::new(cli))),
+        Err(error) if error.use_stderr() => Err(Error::Usage {
+            problem: one_line(&error.render().to_string()),
+        }),
+        Err(text) => Ok(Asked::Text(text.render().to_string())),
+    }
+}
+
+/// clap's message without the usage and the hint at the help behind it.
+fn one_line(message: &str) -> String {
+    let mut line = String::new();
+    let parts = message
+        .lines()
+        .map(str::trim)
+        .take_while(|part| !part.starts_with("Usage:") && !part.starts_with("For more"));
+    for part in parts.filter(|part| !part.is_empty()) {
+        if !line.is_empty() {
+            line += if line.ends_with(':') { " " } else { "; " };
+        }
+        line += part.trim_start_matches("error: ");
+    }
+    line
 }

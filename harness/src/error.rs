@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::exit::Exit;
 use crate::wording::{at_line, or_silent, quoted, suggestion, with_unit};
 
 /// What a command can fail with; [`Error::exit_code`] groups these for scripts.
@@ -23,6 +24,24 @@ pub enum Error {
         path: PathBuf,
         /// The system's reason.
         source: std::io::Error,
+    },
+    /// Standard output could not be written: its disk is full, or its reader has gone.
+    #[error("cannot write standard output: {source}; redirect it to a file with enough space")]
+    Print {
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A file or folder of another kind than was asked for.
+    #[error("{}: {expected} is expected here, but this is {found}; {remedy}", path.display())]
+    WrongKind {
+        /// What was given.
+        path: PathBuf,
+        /// What was expected.
+        expected: &'static str,
+        /// What it is.
+        found: &'static str,
+        /// What to do.
+        remedy: &'static str,
     },
 
     // ---- users' effects
@@ -121,6 +140,46 @@ pub enum Error {
     NoRuns {
         /// The campaign file.
         path: PathBuf,
+    },
+    /// Nearly all samples are missing.
+    #[error("{}: {samples} samples over {span} s, but {interval} s from one to the next mostly: nearly all are missing; is one of the times wrong?", path.display())]
+    MostlyMissing {
+        /// The CSV file.
+        path: PathBuf,
+        /// Samples found.
+        samples: usize,
+        /// Last time less the first, s.
+        span: f64,
+        /// Usual interval, s.
+        interval: f64,
+    },
+    /// A run that lasts longer than any.
+    #[error("{}: a run of {span} s is not possible, {longest:e} s is the most; is the time in s? time_scale in campaign.toml turns other units into s", path.display())]
+    RunTooLong {
+        /// The CSV file.
+        path: PathBuf,
+        /// Last time less the first, s.
+        span: f64,
+        /// The most, s.
+        longest: f64,
+    },
+    /// No run has stretches enough for predictions.
+    #[error("{}: no run to {of} is long enough: {shots} stretch(es) without gaps or clipped samples are needed, {needed:.3} s in all; measure longer, some ten cycles of the motion in each run", campaign.display())]
+    RunsTooShort {
+        /// The campaign.
+        campaign: PathBuf,
+        /// What the runs are for.
+        of: &'static str,
+        /// Stretches needed in one run at least.
+        shots: usize,
+        /// What they take together, s.
+        needed: f64,
+    },
+    /// Every run is held out.
+    #[error("{}: every run has the role \"holdout\", so none is left to learn from; give one or more the role \"fit\"", campaign.display())]
+    NothingToFit {
+        /// The campaign.
+        campaign: PathBuf,
     },
     /// A CSV file lacks a column.
     #[error("{}:1: no column '{column}'; the header has {}{}; name the right one with {key} in campaign.toml",
@@ -308,6 +367,12 @@ pub enum Error {
     },
 
     // ---- commands
+    /// A command line that is no command of this program.
+    #[error("{problem}; --help lists what there is")]
+    Usage {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// An option's value that cannot be used.
     #[error("{option} {value} {rule}")]
     Option {
@@ -408,15 +473,23 @@ pub enum Error {
 }
 
 impl Error {
-    /// The process exit code: 1 a gate failed, 2 bad input, 3 the FMU failed while running, 4 output could not be written, 5 stopped.
-    pub fn exit_code(&self) -> u8 {
+    /// How the command ends that fails with this.
+    pub fn exit(&self) -> Exit {
         match self {
-            Error::GateFailed { .. } => 1,
-            Error::FmiCall { .. } | Error::ForeignState { .. } => 3,
-            Error::Write { .. } => 4,
-            Error::Stopped { .. } => 5,
-            _ => 2,
+            Error::GateFailed { .. } => Exit::GateFailed,
+            Error::FmiCall { .. } | Error::ForeignState { .. } => Exit::FmuFailed,
+            Error::Print { source } if source.kind() == std::io::ErrorKind::BrokenPipe => {
+                Exit::ReaderGone
+            }
+            Error::Write { .. } | Error::Print { .. } => Exit::NotWritten,
+            Error::Stopped { .. } => Exit::Stopped,
+            _ => Exit::BadInput,
         }
+    }
+
+    /// The process's exit code.
+    pub fn exit_code(&self) -> u8 {
+        self.exit().code()
     }
 
     /// For `map_err` after a failed read of `path`.

@@ -1,16 +1,45 @@
 //! The command `stickslip`.
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::Parser as _;
-use stickslip::cli::{Cli, Command};
+use stickslip::cli::{Asked, Command, parse};
 use stickslip::command::{
     blind_test, compare, cross_check, demo, diagnose, dimension, effects, observe, pack, simulate,
     sweep, system, try_effects,
 };
+use stickslip::error::Error;
+use stickslip::exit::Exit;
+use stickslip::output::print;
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let end = match run() {
+        Ok(()) => Exit::Done,
+        Err(error) => {
+            let end = error.exit();
+            if end != Exit::ReaderGone {
+                say(&error);
+            }
+            end
+        }
+    };
+    ExitCode::from(end.code())
+}
+
+/// Says in one line what went wrong. If even that can't be said, the exit code has to do.
+fn say(error: &Error) {
+    let text = error.to_string();
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let mark = console::style("error:").red().bold().for_stderr();
+    let _ = writeln!(std::io::stderr(), "{mark} {}", lines.join("; "));
+}
+
+fn run() -> Result<(), Error> {
+    let cli = match parse(std::env::args_os())? {
+        Asked::For(cli) => cli,
+        Asked::Text(text) => return print(&text),
+    };
+    match cli.command {
         None => demo::run(&demo::Arguments::default()),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
@@ -26,15 +55,5 @@ fn main() -> ExitCode {
         Some(Command::Pack(arguments)) => pack::run(&arguments),
         Some(Command::System(arguments)) => system::run(&arguments),
         Some(Command::CrossCheck(arguments)) => cross_check::run(&arguments),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!(
-                "{} {error}",
-                console::style("error:").red().bold().for_stderr()
-            );
-            ExitCode::from(error.exit_code())
-        }
     }
 }

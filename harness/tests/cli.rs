@@ -67,7 +67,27 @@ fn compare_writes_a_self_contained_report_and_json() {
         scores.is_sorted_by(|a, b| a >= b),
         "worst first: {scores:?}"
     );
+    let from = &json["provenance"];
+    assert_eq!(from["version"], env!("CARGO_PKG_VERSION"));
+    assert!(
+        from["command_line"]
+            .as_str()
+            .unwrap()
+            .starts_with("stickslip compare ")
+    );
+    assert_eq!(
+        from["inputs"].as_array().unwrap().len(),
+        5,
+        "four runs and campaign.toml"
+    );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for key in ["version", "date", "inputs_sha256"] {
+        let value = from[key].as_str().unwrap();
+        assert!(
+            !value.is_empty() && (key == "date" || report.contains(value)),
+            "{key}: {value}"
+        );
+    }
     assert!(
         report.matches("<svg viewBox").count() >= 18,
         "two pictures for all and four per run"

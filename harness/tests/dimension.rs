@@ -402,3 +402,27 @@ fn val_bad_input_is_refused() {
     assert!(text(with(&|s| s.surrogates = 5)).contains("19 to 999"));
     assert!(text(with(&|s| s.region = Some((1.0, 2.0)))).contains("octaves"));
 }
+
+// Source: reference-data/demo, motions of some 15 cycles: their slopes climb with every embedding dimension (1.00 to 1.21 in run 1, 1.01
+// to 1.18 in run 2), so that there is no limit to state. In run 2 the climb from m = 3 to 6 is within three of its standard errors; so few
+// returns can show no plateau either.
+#[test]
+fn val_slopes_that_climb_with_the_embedding_are_no_dimension() {
+    let demo = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
+    for run in ["run01.csv", "run02.csv"] {
+        let text = std::fs::read_to_string(demo.join(run)).unwrap();
+        let lines = text.lines().skip(1);
+        let x: Vec<f64> = lines
+            .map(|l| l.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
+        let a = analysed(&x, quick());
+        let c = a.convergence.unwrap();
+        println!("{run}: {c:?}, {} returns", a.returns);
+        assert!(c.change > 0.03, "{run}: {c:?}");
+        assert!(run == "run02.csv" || !c.is_plateau(), "{run}: {c:?}");
+        assert_eq!(a.verdict, Verdict::NotConverged, "{run}");
+        assert_eq!(a.dimension(), None);
+        assert!((12..=18).contains(&a.returns), "{}", a.returns);
+        assert!(a.remarks.iter().any(|r| r.contains("came back")));
+    }
+}

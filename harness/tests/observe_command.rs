@@ -339,3 +339,56 @@ fn val_observe_refuses_bad_poles_and_modes_clearly() {
     write_run_as(folder.path(), 0.4, |_, y| Some(y.clamp(0.9e-3, 1.2e-3)));
     refused(&[], &["samples are clipped", "0.0012 m", "saturated"]);
 }
+
+#[test]
+fn val_a_belt_velocity_that_stick_contradicts_is_said_to_be_wrong() {
+    // The truth is the 0.1 m/s that the simulation of tests/rig was run with.
+    let folder = tempfile::tempdir().unwrap();
+    write_run_as(folder.path(), 0.8, |_, y| Some(y));
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (run, beam, out) = (at("run.csv"), at("beam.toml"), at("out"));
+    let stated = |velocity: &str, json: bool| {
+        let velocity = format!("--belt-velocity={velocity}");
+        let mut arguments = vec![
+            &run[..],
+            "--beam",
+            &beam,
+            &velocity,
+            "--normal-force=100",
+            "-o",
+            &out,
+        ];
+        arguments.extend(json.then_some("--json"));
+        let output = observe(&arguments);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let belt = |velocity: &str| -> serde_json::Value {
+        serde_json::from_str::<serde_json::Value>(&stated(velocity, true)).unwrap()["belt_velocity_in_stick"].clone()
+    };
+    let wrong = belt("0.101");
+    assert_eq!(wrong["contradicts_stated"], true, "{wrong}");
+    assert!(
+        (wrong["value_m_per_s"].as_f64().unwrap() - 0.1).abs() < 1e-4,
+        "{wrong}"
+    );
+    assert!(
+        (wrong["stated_off_percent"].as_f64().unwrap() - 1.0).abs() < 0.1,
+        "{wrong}"
+    );
+    let report = std::fs::read_to_string(folder.path().join("out/observer.html")).unwrap();
+    assert!(
+        report.contains("The stated belt velocity of 0.101 m/s is"),
+        "not in the report"
+    );
+    let terminal = stated("0.101", false);
+    assert!(
+        terminal.contains("too high: in stick the tip moves with the belt"),
+        "{terminal}"
+    );
+    assert_eq!(belt("0.1")["contradicts_stated"], false);
+}

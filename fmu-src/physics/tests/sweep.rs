@@ -264,3 +264,36 @@ fn unknown_names_are_refused() {
     let error = Values::default().set("belt_velocty", 1.0).unwrap_err();
     assert!(error.to_string().contains("belt_velocty"), "{error}");
 }
+
+// Source: the definition of chaos: neighbours part, so the largest exponent is positive. At 0.102 m/s period one has just lost
+// its stability by a complex pair (continued branches say so), and what follows neither repeats nor parts; at 0.112 m/s neighbours part.
+#[test]
+fn val_what_does_not_repeat_is_irregular_only_if_neighbours_part() {
+    let mut kinds = Vec::new();
+    for velocity in [0.102, 0.106, 0.112] {
+        let found = motion(&subject(&[("belt_velocity", velocity)]));
+        println!(
+            "{velocity} m/s: {:?} {:?} {:?}",
+            found.period, found.lyapunov, found.status
+        );
+        let exponent = found.lyapunov.unwrap();
+        if found.period == Some(0) && found.status == Status::Settled {
+            assert!(exponent > 0.0, "{velocity} m/s: {exponent} /s");
+        }
+        kinds.push(found.status);
+    }
+    assert_eq!(kinds[0], Status::Unresolved);
+    assert_eq!(kinds[2], Status::Settled);
+    // Without an exponent nothing is said.
+    let rule = Rule {
+        lyapunov: false,
+        ..Rule::default()
+    };
+    let blind = evaluate(
+        &subject(&[("belt_velocity", 0.112)]),
+        &rule,
+        &StartRule::Fixed,
+        None,
+    );
+    assert_eq!(blind.unwrap().status, Status::Unresolved);
+}

@@ -1,7 +1,7 @@
 //! `stickslip blind-test`: diagnoses every campaign of a folder whose answers are known, and counts.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -12,8 +12,10 @@ use super::diagnose::diagnose;
 use super::progress::Progress;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
+use crate::provenance::Provenance;
 use crate::watch::Watch as _;
 
 /// Options of `blind-test`.
@@ -54,12 +56,16 @@ pub struct BlindCase {
     pub parameter_errors: BTreeMap<String, [f64; 2]>,
     /// Wall time in s.
     pub seconds: f64,
+    /// Where it comes from; the list itself, an array, has no place for that.
+    pub provenance: Provenance,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let truth_file = arguments.folder.join("truth.json");
-    let text = std::fs::read_to_string(&truth_file).map_err(Error::read(&truth_file))?;
+    let text = std::fs::read_to_string(&truth_file)
+        .map_err(Error::read(&truth_file))
+        .map_err(|error| explain(error, &arguments.folder, Wanted::BlindTest))?;
     let truth: Vec<Value> = serde_json::from_str(&text).map_err(|e| Error::Truth {
         path: truth_file.clone(),
         problem: e.to_string(),
@@ -81,8 +87,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let start = Instant::now();
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
         let diagnosis = diagnose(&fmu, &campaign, 0, &folder, &progress)?;
-        let case = score(&name, answer, &diagnosis, start.elapsed().as_secs_f64());
-        progress.suspend(|| println!("{}", line(&case)));
+        let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
+        let case = score(
+            &name,
+            answer,
+            &diagnosis,
+            (start.elapsed().as_secs_f64(), provenance),
+        );
+        progress.suspend(|| print_line(line(&case)))?;
         cases.push(case);
         write_file(
             &arguments.output.join("blind-test.json"),
@@ -92,14 +104,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         )?;
     }
     progress.finish();
-    print!("{}", summary(&cases));
-    println!(
-        "Details: {}",
-        Path::new(&arguments.output)
-            .join("blind-test.json")
-            .display()
-    );
-    Ok(())
+    print(&summary(&cases))?;
+    let details = arguments.output.join("blind-test.json");
+    print_line(format_args!("Details: {}", details.display()))
 }
 
 fn strings(value: &Value) -> Vec<String> {
@@ -111,7 +118,12 @@ fn strings(value: &Value) -> Vec<String> {
         .collect()
 }
 
-fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> BlindCase {
+fn score(
+    name: &str,
+    answer: &Value,
+    diagnosis: &Diagnosis,
+    (seconds, provenance): (f64, Provenance),
+) -> BlindCase {
     let hidden = strings(&answer["effects"]);
     let named: Vec<String> = diagnosis.effects.iter().map(|e| e.id.clone()).collect();
     let outside = hidden.iter().any(|h| h.starts_with("outside:"));
@@ -152,6 +164,7 @@ fn score(name: &str, answer: &Value, diagnosis: &Diagnosis, seconds: f64) -> Bli
         over_noise: last.holdout_over_noise,
         parameter_errors,
         seconds,
+        provenance,
     }
 }
 

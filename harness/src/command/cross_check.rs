@@ -10,7 +10,7 @@ use crate::command::operating_point::{OperatingPoint, Trajectory, record};
 use crate::command::{open_fmu, repaired_model};
 use crate::error::Error;
 use crate::fmu::{Fmu, PLATFORM};
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print_line, write_file};
 
 /// Options of `cross-check`.
 #[derive(Debug, Args)]
@@ -71,7 +71,7 @@ const MODELS: [Model; 3] = [
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     for folder in write(&arguments.output)? {
-        println!("Wrote {}", folder.display());
+        print_line(format_args!("Wrote {}", folder.display()))?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{compare, pack};
 use crate::error::Error;
-use crate::output::make_folder;
+use crate::output::{make_folder, print_line};
 
 /// Options of `demo`.
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     make_folder(&arguments.output)?;
     let fmu = arguments.output.join(pack::FILE_NAME);
     pack::pack(&fmu)?;
-    println!("Packed {}", fmu.display());
+    print_line(format_args!("Packed {}", fmu.display()))?;
     compare::run(&compare::Arguments::of(
         campaign(),
         Some(fmu),

@@ -10,6 +10,7 @@ use crate::diagnose::challenge::challenge;
 use crate::diagnose::conclude::conclude;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::rivals::TIE;
+use crate::diagnose::run_sets::run_sets;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::{Step, climb, prune};
@@ -17,7 +18,8 @@ use crate::diagnose::terms;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
+use crate::provenance::Provenance;
 use crate::watch::Watch;
 
 /// Options of `diagnose`.
@@ -41,8 +43,18 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
+const MOST_NULL: usize = 10_000;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.null > MOST_NULL {
+        return Err(Error::Option {
+            option: "--null",
+            value: arguments.null.to_string(),
+            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
+        });
+    }
     let campaign = Campaign::load(&arguments.campaign)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
@@ -56,12 +68,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        print_line(written_json(&arguments.output)?)
     } else {
-        print!("{}", terminal(&diagnosis));
-        println!("Report: {}", arguments.output.join("report.html").display());
+        print(&terminal(&diagnosis))?;
+        let report = arguments.output.join("report.html");
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }
 
 /// Diagnoses a campaign and writes everything into `output`; with `null` simulated campaigns for each step.
@@ -100,11 +112,17 @@ pub fn report(
 ) -> Result<Diagnosis, Error> {
     let campaign = session.campaign;
     let diagnosis = conclude(session, selection, steps)?;
-    write_file(
-        &output.join("diagnosis.json"),
-        to_json(&diagnosis).as_bytes(),
-    )?;
-    repaired_model::write(fmu, &diagnosis, output)?;
+    let provenance = Provenance::of_campaign(campaign, fmu.path())?;
+    let json = provenance.json(&diagnosis);
+    write_file(&output.join(JSON), json.as_bytes())?;
+    // Where no effect is named the model written is the calibrated one.
+    let written = if diagnosis.effects.is_empty() {
+        steps.first()
+    } else {
+        steps.last()
+    };
+    let written = written.expect("the calibrated model is a step");
+    repaired_model::write(fmu, &diagnosis, &run_sets(session, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
     watch.step("drawing report.html", 0, 1);
     let command = format!(
@@ -112,14 +130,28 @@ pub fn report(
         campaign.folder.display(),
         output.display()
     );
-    let page = diagnose_page::html(session, selection, steps, &diagnosis, &command)?;
+    let page = diagnose_page::html(
+        session,
+        selection,
+        steps,
+        &diagnosis,
+        output,
+        (&command, &provenance),
+    )?;
     write_file(&output.join("report.html"), page.as_bytes())?;
     Ok(diagnosis)
 }
 
-/// The JSON text.
-pub fn to_json(diagnosis: &Diagnosis) -> String {
-    serde_json::to_string_pretty(diagnosis).expect("numbers and texts have a JSON form")
+/// The diagnosis as a file.
+const JSON: &str = "diagnosis.json";
+
+/// The JSON text that [`report`] has written into `output`.
+///
+/// # Errors
+/// A file that can't be read.
+pub fn written_json(output: &Path) -> Result<String, Error> {
+    let path = output.join(JSON);
+    std::fs::read_to_string(&path).map_err(Error::read(&path))
 }
 
 /// The summary for the terminal.

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::diagnose::candidate::{Candidate, EffectParameter, Role, candidates};
 use crate::error::Error;
+use crate::output::{print, print_line};
 use crate::report::number;
 
 /// Options of `effects`.
@@ -39,16 +40,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         } else {
             Value::Array(list)
         };
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
-        );
+        print_line(
+            serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form"),
+        )
     } else if arguments.id.is_some() {
-        print!("{}", card(chosen[0]));
+        print(&card(chosen[0]))
     } else {
-        print!("{}", list(&chosen));
+        print(&list(&chosen))
     }
-    Ok(())
 }
 
 /// Index in the catalogue of the effect with an identifier.

@@ -52,6 +52,14 @@ impl OperatingPoint {
         }
     }
 
+    /// With these start values, in place of those of the same names.
+    pub fn with(mut self, settings: &[(String, f64)]) -> OperatingPoint {
+        let is_given = |name: &str| settings.iter().any(|s| s.0 == name);
+        self.settings.retain(|(name, _)| !is_given(name));
+        self.settings.extend_from_slice(settings);
+        self
+    }
+
     /// Adds a start state: the tip at `displacement` (m) with `velocity` (m/s), the beam bent as by a force at its tip.
     ///
     /// ```text

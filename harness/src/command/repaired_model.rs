@@ -5,7 +5,9 @@ use std::path::Path;
 
 use super::pack;
 use super::parameter_set::ssv;
+use super::run_sets;
 use crate::diagnose::outcome::Diagnosis;
+use crate::diagnose::run_sets::RunSet;
 use crate::error::Error;
 use crate::fmu::{Fmu, with_guid, with_starts};
 use crate::output::write_file;
@@ -35,7 +37,8 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     out
 }
 
-/// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu into `folder`.
+/// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu into `folder`, and into its folder `runs`, as into the FMU, what
+/// each run has of its own.
 ///
 /// The FMU is the one that was diagnosed, its binaries and resources included, with other start values. One of
 /// this project takes them from its resources too, under a GUID of their own; in any other they stand in
@@ -43,27 +46,49 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
 ///
 /// # Errors
 /// A folder that can't be written, or values that the FMU does not take.
-pub fn write(fmu: &Fmu, diagnosis: &Diagnosis, folder: &Path) -> Result<(), Error> {
+pub fn write(
+    fmu: &Fmu,
+    diagnosis: &Diagnosis,
+    sets: &[RunSet],
+    folder: &Path,
+) -> Result<(), Error> {
     let values = values(diagnosis);
     write_file(&folder.join("model.toml"), model_toml(&values).as_bytes())?;
     write_file(
         &folder.join("StickSlipBeam.ssv"),
         ssv(fmu.description(), "calibrated", &values).as_bytes(),
     )?;
-    write_fmu(fmu, &values, &folder.join(pack::FILE_NAME))
+    let runs = run_sets::files(fmu.description(), sets);
+    run_sets::write_beside(&runs, folder)?;
+    write_with_runs(fmu, &values, &runs, &folder.join(pack::FILE_NAME))
 }
 
-/// Writes the FMU with these start values to `path`.
+/// Writes the FMU with these start values to `path`; what it held for single runs is left out, as it belongs to other values.
 ///
 /// # Errors
 /// As [`write`].
 pub fn write_fmu(fmu: &Fmu, values: &[(String, f64)], path: &Path) -> Result<(), Error> {
+    write_with_runs(fmu, values, &[], path)
+}
+
+/// The same with these files for single runs.
+fn write_with_runs(
+    fmu: &Fmu,
+    values: &[(String, f64)],
+    runs: &[(String, Vec<u8>)],
+    path: &Path,
+) -> Result<(), Error> {
     let refused = |problem: String| Error::StartValues { problem };
     let unfit = |error| match error {
         Error::FmuInstantiate { reason, .. } => refused(reason),
         other => other,
     };
     let mut files = fmu.files()?;
+    files.retain(|(name, _)| !name.starts_with(run_sets::FOLDER));
+    let inside = |(name, content): &(String, Vec<u8>)| {
+        (format!("{}{name}", run_sets::FOLDER), content.clone())
+    };
+    files.extend(runs.iter().map(inside));
     let place = |files: &[(String, Vec<u8>)], name: &str| files.iter().position(|f| f.0 == name);
     let text = |files: &[(String, Vec<u8>)], at: usize| {
         String::from_utf8(files[at].1.clone())

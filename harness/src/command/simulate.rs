@@ -1,15 +1,15 @@
 //! `stickslip simulate`: one operating point of an FMU, as CSV.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
+use super::operating_options::OperatingOptions;
 use super::operating_point::{OperatingPoint, record};
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu, Kind};
-use crate::output::write_file;
+use crate::output::{print, write_file};
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
@@ -17,26 +17,14 @@ pub struct Arguments {
     /// FMU to run [default: this repository's StickSlipBeam, packed on the spot]
     #[arg(long, value_name = "FILE")]
     fmu: Option<PathBuf>,
-    /// Belt velocity in m/s, any sign
-    #[arg(
-        long,
-        value_name = "M/S",
-        default_value_t = 0.1,
-        allow_negative_numbers = true
-    )]
-    belt_velocity: f64,
-    /// Normal force in N
-    #[arg(long, value_name = "N", default_value_t = 100.0)]
-    normal_force: f64,
+    #[command(flatten)]
+    at: OperatingOptions,
     /// Time to simulate, in s
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     duration: f64,
     /// Output interval, which is also the communication step, in s
     #[arg(long, value_name = "S", default_value_t = 1e-4)]
     step: f64,
-    /// Start value of any variable of the FMU, in the variable's unit, or @FILE with one per line; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    settings: Vec<String>,
     /// Variables to write, separated by commas [default: every output]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     variables: Vec<String>,
@@ -58,19 +46,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     match &arguments.output {
         Some(path) => write_file(path, text.as_bytes()),
-        None => match std::io::stdout().write_all(text.as_bytes()) {
-            // A reader like `head` that has seen enough is no failure.
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Write {
-                path: "standard output".into(),
-                source: error,
-            }),
-            _ => Ok(()),
-        },
+        None => print(&text),
     }
 }
 
 fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
-    let settings = start_values(&arguments.settings)?;
+    let said = arguments.at.read()?;
     let step = positive("--step", arguments.step)?;
     let steps = (positive("--duration", arguments.duration)? / step)
         .round()
@@ -84,10 +65,11 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
             ),
         });
     }
+    let (belt_velocity, normal_force) = said.load();
     let point = OperatingPoint {
-        belt_velocity: arguments.belt_velocity,
-        normal_force: arguments.normal_force,
-        settings,
+        belt_velocity,
+        normal_force,
+        settings: said.settings,
     };
     let outputs = || {
         fmu.description()
@@ -116,48 +98,22 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
     Ok(csv)
 }
 
-/// Start values as `--set` gives them: NAME=VALUE, or @FILE with one per line.
-pub(super) fn start_values(options: &[String]) -> Result<Vec<(String, f64)>, Error> {
-    let mut settings = Vec::new();
-    for text in options {
-        match text.strip_prefix('@') {
-            Some(file) => settings.extend(settings_of(Path::new(file))?),
-            None => settings.push(setting(text)?),
-        }
-    }
-    Ok(settings)
-}
+/// Longest time that may be asked for, s: three centuries, more than any model of a machine is for.
+const LONGEST: f64 = 1e10;
 
 fn positive(option: &'static str, value: f64) -> Result<f64, Error> {
-    if value > 0.0 && value.is_finite() {
+    if value > 0.0 && value <= LONGEST {
         return Ok(value);
     }
+    let rule = if value > LONGEST {
+        format!("s is not possible; give {LONGEST:.0e} s or less")
+    } else {
+        "s is not possible; give a time greater than zero".into()
+    };
     Err(Error::Option {
         option,
         value: value.to_string(),
-        rule: "s is not possible; give a time greater than zero".into(),
-    })
-}
-
-/// Start values from a file: one NAME=VALUE per line; lines that begin with `#` are comments.
-fn settings_of(file: &Path) -> Result<Vec<(String, f64)>, Error> {
-    let text = std::fs::read_to_string(file).map_err(Error::read(file))?;
-    text.lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with('#'))
-        .map(setting)
-        .collect()
-}
-
-fn setting(text: &str) -> Result<(String, f64), Error> {
-    let parsed = text
-        .split_once('=')
-        .and_then(|(name, value)| Some((name.trim().to_owned(), value.trim().parse().ok()?)));
-    let rule = || "is not NAME=VALUE with a number; for example --set mode_count=3".to_owned();
-    parsed.ok_or_else(|| Error::Option {
-        option: "--set",
-        value: text.to_owned(),
-        rule: rule(),
+        rule,
     })
 }
 

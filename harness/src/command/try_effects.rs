@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::diagnose::{report, terminal, to_json};
+use super::diagnose::{report, terminal, written_json};
 use super::progress::Progress;
 use crate::diagnose::select::follow;
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::climb;
 use crate::error::Error;
 use crate::measurement::Campaign;
-use crate::output::make_folder;
+use crate::output::{make_folder, print, print_line};
 use crate::watch::Watch;
 
 /// Options of `try`.
@@ -66,10 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     )?;
     progress.finish();
     if arguments.json {
-        println!("{}", to_json(&diagnosis));
+        print_line(written_json(&arguments.output)?)
     } else {
-        print!("{}", terminal(&diagnosis));
-        println!("Report: {}", arguments.output.join("report.html").display());
+        print(&terminal(&diagnosis))?;
+        let report = arguments.output.join("report.html");
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }

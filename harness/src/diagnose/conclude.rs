@@ -378,6 +378,7 @@ fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
             score: base - c.score(selection.samples),
             misfit_fall: selection.calibrated.fit.trimmed - c.fit.trimmed,
             fit_over_noise: c.fit.quantile(0.5),
+            free_values: c.size(),
             parameters: c
                 .trial
                 .hypothesis

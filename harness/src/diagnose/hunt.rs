@@ -26,7 +26,9 @@ pub(super) struct Hunt<'a> {
     watch: &'a dyn Watch,
     /// All ways to choose one effect.
     list: Vec<Choice>,
-    /// The calibrated reference model.
+    /// The reference model calibrated by itself.
+    pub alone: Contender,
+    /// The same, or better, from the optimum of an effect.
     pub calibrated: Contender,
     /// Single effects, best first.
     pub singles: Vec<Contender>,
@@ -60,7 +62,8 @@ pub(super) fn hunt<'a>(
         screen,
         watch,
         list,
-        calibrated: screen.recalibrate(base, &singles)?,
+        calibrated: screen.recalibrate(base.clone(), &singles)?,
+        alone: base,
         singles,
         held: Vec::new(),
         pairs: Vec::new(),

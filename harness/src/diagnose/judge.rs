@@ -79,7 +79,7 @@ pub fn of_fit(session: &Session, shots: &[usize], fit: &Fit) -> Judgement {
 pub const GRAZING: f64 = 0.1;
 
 /// Mean of the squares without the largest tenth; NaN if there are none.
-fn typical(squares: &mut [f64]) -> f64 {
+pub fn typical(squares: &mut [f64]) -> f64 {
     squares.sort_by(f64::total_cmp);
     let kept = &squares[..squares.len() - (squares.len() as f64 * GRAZING) as usize];
     kept.iter().sum::<f64>() / kept.len() as f64

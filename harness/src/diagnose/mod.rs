@@ -30,6 +30,7 @@ pub mod propose;
 pub mod replay;
 pub mod residual;
 pub mod rivals;
+pub mod run_sets;
 pub mod scan;
 pub mod screen;
 pub mod search;

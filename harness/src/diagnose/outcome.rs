@@ -12,7 +12,7 @@ pub enum Verdict {
     EffectFound,
     /// The calibrated model explains the data already.
     NoMissingEffect,
-    /// Significant misfit remains that no effect of the catalogue removes.
+    /// Significant misfit remains that no effect of the catalogue removes, or none of those tried by hand.
     UnknownEffect,
 }
 
@@ -21,13 +21,25 @@ pub enum Verdict {
 pub struct Estimate {
     /// Value in the unit.
     pub value: f64,
-    /// Standard deviation in the same unit.
+    /// Standard deviation in the same unit; people are shown [`Estimate::half_width`].
     pub std: f64,
     /// Unit symbol.
     pub unit: String,
     /// Whether the value lies on its bound, so that it is not to be trusted.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub at_bound: bool,
+}
+
+/// Half the width of a normal distribution's 95 % interval in standard deviations.
+const HALF_WIDTH: f64 = 1.96;
+
+impl Estimate {
+    /// Half the width of the 95 % interval, which people are shown after "+-" or "±" everywhere; `None` for a value that was
+    /// not fitted or whose spread is unknown.
+    pub fn half_width(&self) -> Option<f64> {
+        let half = HALF_WIDTH * self.std;
+        (half > 0.0 && half.is_finite()).then_some(half)
+    }
 }
 
 /// Why an effect is believed.
@@ -100,6 +112,8 @@ pub struct Standing {
     pub misfit_fall: f64,
     /// Median error over the noise on the runs fitted.
     pub fit_over_noise: f64,
+    /// Number of values that were free in it, those of the runs included, start states not.
+    pub free_values: usize,
     /// Found parameter values.
     pub parameters: BTreeMap<String, f64>,
 }

@@ -1,7 +1,8 @@
 //! Hypotheses that the data can't tell from the one named.
 
-use super::contender::Contender;
+use super::contender::{Contender, FLOOR_MEDIAN, name};
 use super::select::Selection;
+use super::session::Session;
 
 /// Rivals whose score lies within this of the best can't be told from it.
 pub const TIE: f64 = 12.0;
@@ -38,4 +39,64 @@ pub fn other_forms(selection: &Selection) -> Vec<&Contender> {
     alike(selection)
         .filter(|c| c.effects() == best.effects())
         .collect()
+}
+
+/// What is so of the candidates that are not tied with what was named: that some come down to the noise as well and why they
+/// are not named all the same, or how far the nearest stays from it.
+pub fn others(session: &Session, selection: &Selection) -> String {
+    let Some(best) = selection.path.last() else {
+        return String::new();
+    };
+    if selection.by_hand {
+        return "No other effect was tried.".to_owned();
+    }
+    let (named, tied) = (best.effects(), rivals(selection));
+    // What holds all that is named, and more, is no other explanation.
+    let is_other = |c: &&Contender| {
+        !named.iter().all(|e| c.effects().contains(e))
+            && !tied.iter().any(|t| t.effects() == c.effects())
+    };
+    let listed = selection.singles.iter().chain(selection.listed_pairs());
+    let mut others: Vec<&Contender> = listed.filter(is_other).collect();
+    let error = |c: &Contender| c.fit.quantile(0.5);
+    others.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let as_well: Vec<String> = others
+        .iter()
+        .take_while(|c| error(c) <= FLOOR_MEDIAN)
+        .map(|c| beside(session, selection, best, c))
+        .collect();
+    match (as_well.is_empty(), others.first()) {
+        (false, _) => as_well.join(" "),
+        (true, Some(next)) => format!(
+            "No other candidate comes down to the noise: the next, {}, leaves {:.2} times the noise on the runs fitted.",
+            name(session, &next.choices),
+            error(next)
+        ),
+        (true, None) if tied.len() > 1 => String::new(),
+        (true, None) => "There was no other candidate to compare.".to_owned(),
+    }
+}
+
+/// A candidate that comes down to the noise too, beside the one named.
+fn beside(session: &Session, selection: &Selection, best: &Contender, other: &Contender) -> String {
+    let kept_out = match &other.holdout {
+        Some(h) if h.nrmse.is_finite() => {
+            format!(", {:.2} % on runs kept out", 100.0 * h.nrmse)
+        }
+        _ => String::new(),
+    };
+    let behind = other.score(selection.samples) - best.score(selection.samples);
+    let more = other.size() as isize - best.size() as isize;
+    let why = match (other.reaches_floor(), more > 0) {
+        (false, _) => "what it leaves is not noise, or it bends the structure".to_owned(),
+        (true, true) => format!(
+            "it needs {more} free values more; with their price it stands {behind:.0} behind in gain"
+        ),
+        (true, false) => format!("it stands {behind:.0} behind in gain"),
+    };
+    format!(
+        "{} comes down to the noise as well ({:.2} times on the runs fitted{kept_out}), but {why}.",
+        name(session, &other.choices),
+        other.fit.quantile(0.5)
+    )
 }

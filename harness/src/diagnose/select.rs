@@ -1,6 +1,6 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
-use super::contender::{Contender, NULL_GAIN};
+use super::contender::{Contender, NULL_GAIN, name};
 use super::fit::Fitter;
 use super::hunt::{Hunt, hunt};
 use super::hypothesis::Choice;
@@ -33,7 +33,10 @@ pub struct Selection {
     pub as_given: Judgement,
     /// The same on what was kept out.
     pub as_given_holdout: Judgement,
-    /// The calibrated reference model.
+    /// The reference model calibrated by itself: it depends on the campaign alone, not on what is tried.
+    pub alone: Contender,
+    /// The same, or where that is better, fitted again from the optimum of an effect: what effects are compared with, so that
+    /// none seems to gain what the reference model could by itself.
     pub calibrated: Contender,
     /// Single effects, best first.
     pub singles: Vec<Contender>,
@@ -51,6 +54,8 @@ pub struct Selection {
     pub samples: f64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
+    /// Whether the effects were named by hand, so that no other was tried.
+    pub by_hand: bool,
     /// Gain below which an effect counts as chance.
     pub threshold: f64,
     /// For each step of the path, the largest gains by chance in simulated campaigns; empty unless asked for.
@@ -58,6 +63,25 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// The calibrated model of the error ladder: the one calibrated by itself, so that every command shows the same. Only where
+    /// the better one explains the data it takes the place, since the verdict rests on it then.
+    pub fn calibration(&self) -> &Contender {
+        if self.calibrated.reaches_floor() {
+            &self.calibrated
+        } else {
+            &self.alone
+        }
+    }
+
+    /// The effects that were named by hand, in words; `None` where the catalogue was searched.
+    pub fn tried_by_hand(&self, session: &Session) -> Option<String> {
+        if !self.by_hand {
+            return None;
+        }
+        let tried = self.path.last().map(|c| name(session, &c.choices));
+        Some(tried.unwrap_or_else(|| "nothing".to_owned()))
+    }
+
     /// Pairs that stand beside the single effects: the best ones, none where one effect is enough.
     pub fn listed_pairs(&self) -> &[Contender] {
         let one_is_enough = self.explained && self.path.len() < 2;
@@ -75,6 +99,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     watch.step("calibrating the reference model", 0, 1);
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
     let Hunt {
+        alone,
         mut calibrated,
         mut singles,
         mut pairs,
@@ -118,6 +143,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     Ok(Selection {
         as_given,
         as_given_holdout,
+        alone,
         calibrated,
         singles,
         pairs,
@@ -127,6 +153,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         beyond,
         samples,
         stopped,
+        by_hand: false,
         threshold: NULL_GAIN,
         by_chance: Vec::new(),
     })
@@ -188,7 +215,8 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1 + effects.len());
     let (as_given, as_given_holdout) = as_given(session, &screen)?;
-    let mut calibrated = screen.calibrate(1.0)?;
+    let alone = screen.calibrate(1.0)?;
+    let mut calibrated = alone.clone();
     let mut path: Vec<Contender> = Vec::new();
     for (done, &effect) in effects.iter().enumerate() {
         if watch.stop() {
@@ -212,6 +240,7 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
     Ok(Selection {
         as_given,
         as_given_holdout,
+        alone,
         calibrated,
         singles: Vec::new(),
         pairs: Vec::new(),
@@ -220,6 +249,7 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         beyond: None,
         samples: screen.samples,
         stopped: path.len() < effects.len(),
+        by_hand: true,
         path,
         threshold: NULL_GAIN,
         by_chance: Vec::new(),

@@ -14,6 +14,7 @@ use super::unexplained::Spectra;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Role, of_one_sensor};
+pub use crate::parallel::parallel;
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
@@ -129,7 +130,7 @@ impl<'a> Session<'a> {
             .collect();
         let noise = of_one_sensor(&estimates);
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
-        Ok(Self {
+        let session = Self {
             catalogue: candidates(fmu)?,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
@@ -149,7 +150,38 @@ impl<'a> Session<'a> {
             horizon,
             fmu,
             campaign,
-        })
+        };
+        session.has_shots()?;
+        Ok(session)
+    }
+
+    /// Whether there are shots to learn from and shots to judge on; no fit can do without.
+    fn has_shots(&self) -> Result<(), Error> {
+        let campaign = &self.campaign.folder;
+        if self.held_out.iter().all(|h| *h) {
+            return Err(Error::NothingToFit {
+                campaign: campaign.clone(),
+            });
+        }
+        let too_short = |of: &'static str, shots: usize| Error::RunsTooShort {
+            campaign: campaign.clone(),
+            of,
+            shots,
+            // A shot, its search for a place to begin, and the margin before the first.
+            needed: 1.25 * self.horizon * shots as f64,
+        };
+        if self.fit_shots(1).is_empty() {
+            return Err(too_short("learn from", 1));
+        }
+        // Of a run that is judged the first shot teaches what is its own, the second is judged; where none is held out,
+        // all are.
+        let is_judged = |run: &usize| self.held_out[*run] || !self.held_out.contains(&true);
+        let shots_of = |run: usize| self.shots.iter().filter(|s| s.run == run).count();
+        let mut judged = (0..self.held_out.len()).filter(is_judged);
+        if !judged.any(|run| shots_of(run) > 1) {
+            return Err(too_short("judge on", 2));
+        }
+        Ok(())
     }
 
     /// Mean standard deviation of the displacement over the runs, in m.
@@ -252,41 +284,4 @@ fn hold_out(campaign: &Campaign) -> Vec<bool> {
         }
     }
     out
-}
-
-/// Maps a slice on as many threads as there are processors; the first error wins.
-///
-/// # Errors
-/// The error of the first item that fails.
-pub fn parallel<T: Sync, R: Send>(
-    items: &[T],
-    work: impl Fn(&T) -> Result<R, Error> + Sync,
-) -> Result<Vec<R>, Error> {
-    let threads = std::thread::available_parallelism()
-        .map_or(1, |n| n.get())
-        .min(items.len())
-        .max(1);
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let slots: Vec<std::sync::Mutex<Option<Result<R, Error>>>> =
-        items.iter().map(|_| std::sync::Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    let Some(item) = items.get(i) else { break };
-                    let result = work(item);
-                    *slots[i].lock().unwrap_or_else(|e| e.into_inner()) = Some(result);
-                }
-            });
-        }
-    });
-    slots
-        .into_iter()
-        .map(|slot| {
-            slot.into_inner()
-                .unwrap_or_else(|e| e.into_inner())
-                .expect("every item was worked on")
-        })
-        .collect()
 }

@@ -74,7 +74,7 @@ impl Step {
 /// # Errors
 /// An FMU that can't be run.
 pub fn climb(session: &Session, selection: &Selection) -> Result<Vec<Step>, Error> {
-    let steps: Vec<&Contender> = std::iter::once(&selection.calibrated)
+    let steps: Vec<&Contender> = std::iter::once(selection.calibration())
         .chain(&selection.path)
         .collect();
     let all = session.fit_shots(1);

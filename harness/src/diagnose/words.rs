@@ -2,8 +2,9 @@
 
 use super::break_away::BreakAways;
 use super::contender::FLOOR_COLOUR;
-use super::outcome::{FoundEffect, Rung, Verdict};
+use super::outcome::{Estimate, FoundEffect, Rung, Verdict};
 use super::propose::ProposedTerm;
+use super::rivals::others;
 use super::search::Trial;
 use super::select::{Beyond, Selection};
 use super::session::Session;
@@ -78,6 +79,18 @@ pub(super) fn remarks(
         out.push("Stopped before the end: candidates not listed were not tried.".into());
     }
     out
+}
+
+/// A value with its 95 % interval, if it has one: `name = value +- half width unit (95 %)`.
+fn with_interval(name: &str, estimate: &Estimate) -> String {
+    let unit = match estimate.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    match estimate.half_width() {
+        Some(half) => format!("{name} = {:.4e} +- {half:.1e}{unit} (95 %)", estimate.value),
+        None => format!("{name} = {}{unit}", estimate.value),
+    }
 }
 
 /// Share of the error on runs kept out that an effect must remove to be mentioned although it is not all.
@@ -178,6 +191,7 @@ pub(super) fn words(
     let ladder = seen.ladder;
     let break_aways = &session.break_aways;
     let stopped = &selection.stopped;
+    let by_hand = selection.tried_by_hand(session);
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
     let percent = |v: f64| format!("{:.2} %", 100.0 * v);
@@ -194,7 +208,7 @@ pub(super) fn words(
                     let values: Vec<String> = e
                         .parameters
                         .iter()
-                        .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
+                        .map(|(n, p)| with_interval(n, p))
                         .collect();
                     let known: Vec<&str> = std::iter::once(title)
                         .chain(values.iter().map(String::as_str))
@@ -204,13 +218,17 @@ pub(super) fn words(
                 .collect();
             if selection.by_break_aways {
                 return format!(
-                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which no effect of the catalogue removes. To tell the place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
+                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which {}. To tell the place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
                     names.join(" and "),
                     foretold(break_aways),
                     percent(calibrated.holdout_nrmse),
                     percent(last.holdout_nrmse),
                     falls_by_run(session, calibrated, last),
-                    last.holdout_over_noise
+                    last.holdout_over_noise,
+                    match by_hand {
+                        Some(_) => "is more than noise; no other effect was tried",
+                        None => "no effect of the catalogue removes",
+                    }
                 );
             }
             let mut ties: Vec<&str> = Vec::new();
@@ -219,11 +237,11 @@ pub(super) fn words(
                     ties.push(tie);
                 }
             }
-            let sure = if ties.is_empty() {
-                "No other candidate comes near.".to_owned()
-            } else {
-                format!("These data can't tell it from: {}.", ties.join(", "))
+            let told = match ties.is_empty() {
+                true => String::new(),
+                false => format!("These data can't tell it from: {}. ", ties.join(", ")),
             };
+            let sure = told + &others(session, selection);
             format!(
                 "Missing: {}. The error on runs kept out of the fit falls from {} to {}; what remains is {:.2} times the sensor noise. {sure}",
                 names.join(" and "),
@@ -233,8 +251,12 @@ pub(super) fn words(
             )
         }
         Verdict::NoMissingEffect => format!(
-            "Nothing is missing: the calibrated model explains the data down to {:.2} times the sensor noise, and no candidate improves it by more than chance.",
-            calibrated.holdout_over_noise
+            "Nothing is missing: the calibrated model explains the data down to {:.2} times the sensor noise, and {} by more than chance.",
+            calibrated.holdout_over_noise,
+            match by_hand {
+                Some(tried) => format!("{tried}, all that was tried, does not improve it"),
+                None => "no candidate improves it".to_owned(),
+            }
         ),
         Verdict::UnknownEffect => {
             if let (Some(beyond), Some(term)) = (&selection.beyond, seen.proposed.first()) {
@@ -245,7 +267,11 @@ pub(super) fn words(
                 .filter(|_| last.holdout_over_noise < NEARLY_NOISE)
             {
                 return format!(
-                    "Something outside the catalogue is missing, or the structure is not as stated: the model comes down to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
+                    "{} is missing, or the structure is not as stated: the model comes down to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
+                    match by_hand {
+                        Some(tried) => format!("Something other than what was tried ({tried})"),
+                        None => "Something outside the catalogue".to_owned(),
+                    },
                     last.holdout_over_noise,
                     strain.name,
                     strain.fitted,
@@ -264,6 +290,15 @@ pub(super) fn words(
             } else {
                 String::new()
             };
+            if let Some(tried) = by_hand {
+                return format!(
+                    "What was tried by hand ({tried}) does not explain the data: after calibration {:.1} times the sensor noise remains, and {:.1} times with all that was tried. No other effect was tried; `diagnose` searches the catalogue.{near}{}{}",
+                    calibrated.holdout_over_noise,
+                    last.holdout_over_noise,
+                    helps(session, calibrated, last),
+                    foretold(break_aways)
+                );
+            }
             let tried = if *stopped {
                 "The search was stopped, so this is not decided: after calibration"
             } else {
@@ -289,7 +324,7 @@ fn beyond_words(beyond: &Beyond, term: &ProposedTerm, calibrated: &Rung, last: &
     let values: Vec<String> = term
         .parameters
         .iter()
-        .map(|(n, p)| format!("{n} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
+        .map(|(n, p)| with_interval(n, p))
         .collect();
     let compared = match &beyond.rival {
         Some(rival) => format!(

@@ -1,5 +1,6 @@
 //! From a series to a verdict.
 
+use super::convergence::{Convergence, FEWEST_RETURNS, returns};
 use super::correlation_sum::{CorrelationSum, Norm, SumSettings, range};
 use super::delay::{DelayChoice, choose_delay};
 use super::error::DimensionError;
@@ -78,6 +79,10 @@ pub struct Analysis {
     pub region: Option<Region>,
     /// Standard deviation of the dimension: jackknife, and choice of the window.
     pub std: Option<f64>,
+    /// Change of the slope over the embedding dimensions of the region.
+    pub convergence: Option<Convergence>,
+    /// How often the series comes back.
+    pub returns: usize,
     /// Slope in the region for each embedding dimension.
     pub over_dimensions: Vec<f64>,
     /// Takens' estimate up to the largest radius of the region, at the last agreeing dimension.
@@ -181,11 +186,18 @@ pub fn analyse(
         ..base
     };
     let mut std = None;
+    let mut convergence = None;
     let mut halves = None;
     let mut over_dimensions = Vec::new();
     if let Some(region) = &region {
         let error = jackknife(series, &thinned, region, watch)?;
-        std = Some(error.hypot(region.window_std));
+        let stated = error.slope.hypot(region.window_std);
+        std = Some(stated);
+        convergence = Some(Convergence {
+            change: region.change_of(&sum),
+            std: error.change,
+            stated,
+        });
         let half = |part: std::ops::Range<usize>| {
             CorrelationSum::count(&series[part], &thinned, &|_| !watch.stop())
                 .map(|sum| region.slope_of(&sum))
@@ -213,7 +225,9 @@ pub fn analyse(
     let noise_radius = region
         .as_ref()
         .and_then(|r| noise_radius(&sum.radii, &slopes, r));
-    let verdict = judge(region.as_ref(), period.as_ref(), &surrogates);
+    let returns = returns(series);
+    let converged = convergence.is_none_or(|c| c.is_plateau()) && returns >= FEWEST_RETURNS;
+    let verdict = judge(region.as_ref(), period.as_ref(), &surrogates, converged);
     if surrogates.surrogates.len() < settings.surrogates {
         remarks.push(format!(
             "{} of {} surrogates were compared.",
@@ -233,6 +247,8 @@ pub fn analyse(
         slopes,
         region,
         std,
+        convergence,
+        returns,
         over_dimensions,
         takens: takens_limit,
         halves,
@@ -320,6 +336,7 @@ fn judge(
     region: Option<&Region>,
     period: Option<&Periodicity>,
     surrogates: &SurrogateTest,
+    converged: bool,
 ) -> Verdict {
     let closed = region.is_none_or(|r| r.slope < CLOSED_CURVE);
     if period.is_some_and(|p| p.is_exact() || p.repeats() && closed) {
@@ -327,6 +344,7 @@ fn judge(
     }
     match region {
         _ if !surrogates.is_distinct() => Verdict::NotDistinguishableFromNoise,
+        Some(_) if !converged => Verdict::NotConverged,
         Some(_) => Verdict::Dimension,
         None => Verdict::NoScalingRegion,
     }

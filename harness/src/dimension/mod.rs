@@ -3,6 +3,7 @@
 //! Slices in, numbers out: it knows no FMU, no file and no report.
 
 mod analysis;
+mod convergence;
 mod correlation_sum;
 pub mod delay;
 mod error;
@@ -20,6 +21,7 @@ pub mod theiler;
 mod verdict;
 
 pub use analysis::{Analysis, Settings, analyse};
+pub use convergence::{Convergence, FEWEST_RETURNS};
 pub use correlation_sum::{CorrelationSum, Norm, SumSettings};
 pub use error::DimensionError;
 pub use lag::Instructions;

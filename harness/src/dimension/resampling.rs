@@ -13,7 +13,16 @@ use crate::watch::Watch;
 /// Blocks of the jackknife.
 const BLOCKS: usize = 10;
 
-/// Standard deviation of the slope in a region by delete-block jackknife.
+/// Standard deviations by delete-block jackknife.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Errors {
+    /// Of the slope in a region.
+    pub slope: f64,
+    /// Of its change from the first embedding dimension of the region to the last.
+    pub change: f64,
+}
+
+/// Standard deviations of the slope in a region, and of its change over embedding dimensions, by delete-block jackknife.
 ///
 /// ```text
 /// s^2 = (g - 1)/g sum_b (D_b - <D>)^2
@@ -30,19 +39,29 @@ pub(super) fn jackknife(
     settings: &SumSettings,
     region: &Region,
     watch: &dyn Watch,
-) -> Result<f64, DimensionError> {
+) -> Result<Errors, DimensionError> {
     let n = series.len();
     let mut slopes = Vec::with_capacity(BLOCKS);
+    let mut changes = Vec::with_capacity(BLOCKS);
     for block in 0..BLOCKS {
         watch.step("blocks left out", block, BLOCKS);
         let mut left = series.to_vec();
         left[block * n / BLOCKS..(block + 1) * n / BLOCKS].fill(f64::NAN);
         let sum = CorrelationSum::count(&left, settings, &|_| !watch.stop())?;
         slopes.push(region.slope_of(&sum));
+        changes.push(region.change_of(&sum));
     }
-    let mean = slopes.iter().sum::<f64>() / BLOCKS as f64;
-    let squares: f64 = slopes.iter().map(|s| (s - mean).powi(2)).sum();
-    Ok((squares * (BLOCKS as f64 - 1.0) / BLOCKS as f64).sqrt())
+    Ok(Errors {
+        slope: deviation(&slopes),
+        change: deviation(&changes),
+    })
+}
+
+/// The jackknife's standard deviation from the values without each block.
+fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / BLOCKS as f64;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (squares * (BLOCKS as f64 - 1.0) / BLOCKS as f64).sqrt()
 }
 
 /// Slopes of the series and of its surrogates, at one embedding dimension.

@@ -76,6 +76,13 @@ impl Region {
         });
         weighted_mean(each)
     }
+
+    /// Slope at the last agreeing embedding dimension less that at the first, of another sum of the same form.
+    pub fn change_of(&self, sum: &CorrelationSum) -> f64 {
+        let (first, last) = self.dimensions;
+        let slope = |m| fitted_slope(sum, m, self.radii.0, self.radii.1).0;
+        slope(last) - slope(first)
+    }
 }
 
 /// Misfit in ln C below which straighter is chance: a short window is easily straight.

@@ -1,6 +1,7 @@
 //! The verdict in words.
 
 use super::analysis::{Analysis, Settings};
+use super::convergence::FEWEST_RETURNS;
 
 /// What can be said of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub enum Verdict {
     Periodic,
     /// Its slopes agree nowhere over radii and embedding dimensions.
     NoScalingRegion,
+    /// Its slopes agree over radii, but still change with the embedding dimension, or the motion came back too seldom to tell.
+    NotConverged,
     /// Noise with the same spectrum and values looks the same.
     NotDistinguishableFromNoise,
 }
@@ -22,6 +25,7 @@ impl Verdict {
             Verdict::Dimension => "dimension",
             Verdict::Periodic => "periodic",
             Verdict::NoScalingRegion => "no_scaling_region",
+            Verdict::NotConverged => "not_converged",
             Verdict::NotDistinguishableFromNoise => "not_distinguishable_from_noise",
         }
     }
@@ -32,6 +36,7 @@ impl Verdict {
             Verdict::Dimension => "A correlation dimension",
             Verdict::Periodic => "Periodic",
             Verdict::NoScalingRegion => "No scaling region",
+            Verdict::NotConverged => "No plateau over the embedding dimension",
             Verdict::NotDistinguishableFromNoise => "Not to be told from noise",
         }
     }
@@ -48,6 +53,10 @@ impl Verdict {
             Verdict::NoScalingRegion => {
                 "The series is not noise with its spectrum, but at no radii do the slopes agree over two octaves and four embedding \
                  dimensions; a number would be arbitrary. Record longer, with less noise, or try another delay."
+            }
+            Verdict::NotConverged => {
+                "The series is not noise with its spectrum, and its slopes agree over radii, but no limit over the embedding dimension is \
+                 reached; a number would depend on where one stops. Record more returns, or with less noise."
             }
             Verdict::NotDistinguishableFromNoise => {
                 "Linear noise with the same spectrum and the same values, or a sum of incommensurable oscillations, has slopes as low. No \
@@ -95,6 +104,21 @@ pub(super) fn remarks(a: &Analysis, settings: &Settings) -> Vec<String> {
         if a.verdict == Verdict::Dimension && region.slope > bound / 2.0 {
             out.push(format!(
                 "The dimension is above half of the bound 2 log10 N = {bound:.1}: take it for a lower bound."
+            ));
+        }
+    }
+    if a.verdict == Verdict::NotConverged {
+        if let (Some(r), Some(c)) = (&a.region, a.convergence.filter(|c| !c.is_plateau())) {
+            out.push(format!(
+                "The slope changes by {:+.3} ± {:.3} from m = {} to {}: beyond three standard errors of that change, and more than the \
+                 interval of ± {:.3} stated for the slope holds.",
+                c.change, c.std, r.dimensions.0, r.dimensions.1, c.stated
+            ));
+        }
+        if a.returns < FEWEST_RETURNS {
+            out.push(format!(
+                "The motion came back {} times only; the errors of slopes need {FEWEST_RETURNS}, five in each of ten blocks of the record.",
+                a.returns
             ));
         }
     }

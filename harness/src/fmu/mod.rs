@@ -45,6 +45,7 @@ pub use status::Status;
 pub use tangents::{Directions, Tangents};
 
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use message_log::MessageLog;
 
 /// FMI 2.0's name of the platform this program was built for, e.g. `linux64`.
@@ -88,7 +89,7 @@ impl Fmu {
 
     /// The same with a given backend.
     pub fn load_with(path: &Path, backend: Backend) -> Result<Fmu, Error> {
-        let folder = archive::unpack(path)?;
+        let folder = archive::unpack(path).map_err(|error| explain(error, path, Wanted::Fmu))?;
         let (description, _xml) = archive::describe(path, folder.path())?;
         archive::check_binary(path, folder.path(), &description.model_identifier)?;
         let source = match backend {

@@ -111,3 +111,34 @@ fn a_missing_file_is_named() {
     assert!(error.to_string().contains("other.csv"), "{error}");
     assert_eq!(error.exit_code(), 2);
 }
+
+#[test]
+fn a_time_far_off_all_others_is_refused() {
+    let csv = good_csv() + "1e5,0\n";
+    let error = load(CAMPAIGN, &csv).unwrap_err().to_string();
+    assert!(
+        error.contains("100000 s") && error.contains("0.0001"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_run_longer_than_any_is_refused_with_the_unit_in_doubt() {
+    let campaign = format!("[channels]\ntime_scale = 1e9\n{CAMPAIGN}");
+    let error = load(&campaign, &good_csv()).unwrap_err().to_string();
+    assert!(
+        error.contains("6300000 s") && error.contains("time_scale"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_delimiter_that_numbers_are_made_of_is_refused() {
+    for delimiter in ["\u{20ac}", "e", ".", "-", "\\n"] {
+        let campaign = format!("[channels]\ndelimiter = \"{delimiter}\"\n{CAMPAIGN}");
+        let error = load(&campaign, &good_csv()).unwrap_err().to_string();
+        assert!(error.contains("toml:2: delimiter"), "{error}");
+    }
+    let campaign = format!("[channels]\ndelimiter = \"\\t\"\n{CAMPAIGN}");
+    load(&campaign, &good_csv().replace(',', "\t")).unwrap();
+}

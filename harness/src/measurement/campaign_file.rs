@@ -57,7 +57,7 @@ struct RawChannels {
     displacement_column: Option<String>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
-    delimiter: Option<char>,
+    delimiter: Option<Spanned<char>>,
 }
 
 // Not `flatten`ed with RawChannels: serde cannot refuse unknown keys there.
@@ -73,7 +73,7 @@ struct RawRun {
     displacement_column: Option<String>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
-    delimiter: Option<char>,
+    delimiter: Option<Spanned<char>>,
 }
 
 /// Reads and checks the file.
@@ -199,6 +199,28 @@ impl Check<'_> {
             .collect()
     }
 
+    fn delimiter(&self, given: Option<Spanned<char>>) -> Result<u8, Error> {
+        let Some(given) = given else {
+            return Ok(b',');
+        };
+        let line = line_of(self.text, given.span());
+        let delimiter = given.into_inner();
+        // What numbers, comments and quotes are made of can't stand between them.
+        let fits = (delimiter.is_ascii_punctuation() && !".+-_#\"".contains(delimiter))
+            || delimiter == ' '
+            || delimiter == '\t';
+        match u8::try_from(delimiter) {
+            Ok(byte) if fits => Ok(byte),
+            _ => Err(Error::CampaignFile {
+                path: self.path.to_owned(),
+                line,
+                problem: format!(
+                    "delimiter = {delimiter:?} can't separate numbers; give \",\", \";\", \"\\t\", \" \" or another sign of punctuation"
+                ),
+            }),
+        }
+    }
+
     fn beam(&self, raw: RawBeam) -> Result<BeamKnowledge, Error> {
         let mut beam = BeamKnowledge {
             natural_frequencies_hz: self.list(
@@ -291,7 +313,7 @@ impl Check<'_> {
                     raw.displacement_scale,
                     common.displacement_scale,
                 )?,
-                delimiter: raw.delimiter.or(common.delimiter).unwrap_or(','),
+                delimiter: self.delimiter(raw.delimiter.or(common.delimiter))?,
             },
             file: raw.file,
         })

@@ -14,15 +14,14 @@ pub(super) struct Channels {
     pub displacement_column: String,
     pub time_scale: f64,
     pub displacement_scale: f64,
-    pub delimiter: char,
+    pub delimiter: u8,
 }
 
 /// Reads time (s) and displacement (m). Lines that begin with `#` are comments.
 pub(super) fn read(path: &Path, channels: &Channels) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let file = File::open(path).map_err(Error::read(path))?;
-    let delimiter = u8::try_from(channels.delimiter).unwrap_or(b',');
     let mut reader = ReaderBuilder::new()
-        .delimiter(delimiter)
+        .delimiter(channels.delimiter)
         .trim(Trim::All)
         .comment(Some(b'#'))
         .from_reader(file);

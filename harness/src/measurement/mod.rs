@@ -28,6 +28,7 @@ pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
 
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 
 /// Measured runs of one rig.
 #[derive(Debug, Clone)]
@@ -128,6 +129,10 @@ pub struct SingleRun {
 
 /// Fewest samples from which period, noise and spectrum mean anything.
 const FEWEST_SAMPLES: usize = 32;
+/// Longest run, s: eleven days, while no vibration needs more than minutes.
+const LONGEST_RUN: f64 = 1e6;
+/// Places on the grid of the usual interval for each sample there is, at most: beyond, a time is wrong.
+const MOST_MISSING: f64 = 100.0;
 
 impl Campaign {
     /// Loads a campaign from its folder, or from the path of its `campaign.toml`.
@@ -137,13 +142,16 @@ impl Campaign {
         } else {
             path.to_owned()
         };
-        Campaign::assemble(campaign_file::read(&file)?, file.parent())
+        let parsed =
+            campaign_file::read(&file).map_err(|error| explain(error, path, Wanted::Campaign))?;
+        Campaign::assemble(parsed, file.parent())
     }
 
     /// One run with what is known of the beam from `beam_file`, a TOML file with `[beam]` and, if need be, `[channels]`
     /// as in campaign.toml; its other tables are passed over.
     pub fn of_single_run(single: &SingleRun, beam_file: &Path) -> Result<Campaign, Error> {
-        let parsed = campaign_file::read_beam(beam_file, single)?;
+        let parsed = campaign_file::read_beam(beam_file, single)
+            .map_err(|error| explain(error, beam_file, Wanted::Beam))?;
         // The run's path is relative to the current folder, not to the beam's file.
         Campaign::assemble(parsed, Some(Path::new("")))
     }
@@ -174,7 +182,8 @@ impl Campaign {
 
 fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
-    let (time, displacement) = csv_table::read(&file, &entry.channels)?;
+    let (time, displacement) = csv_table::read(&file, &entry.channels)
+        .map_err(|error| explain(error, &file, Wanted::Table))?;
     if time.len() < FEWEST_SAMPLES {
         return Err(Error::TooFewSamples {
             path: file,
@@ -183,6 +192,23 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         });
     }
     let sampling = Sampling::of(&time);
+    let span = time[time.len() - 1] - time[0];
+    if !(span <= LONGEST_RUN) {
+        return Err(Error::RunTooLong {
+            path: file,
+            span,
+            longest: LONGEST_RUN,
+        });
+    }
+    let places = span / sampling.interval;
+    if !(places <= MOST_MISSING * time.len() as f64) {
+        return Err(Error::MostlyMissing {
+            path: file,
+            samples: time.len(),
+            span,
+            interval: sampling.interval,
+        });
+    }
     let noise = Noise::estimate(&displacement, &sampling);
     let faults = faults::find(&displacement, &noise);
     Ok(Run {

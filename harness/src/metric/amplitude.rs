@@ -5,11 +5,15 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
     if values.is_empty() {
         return f64::NAN;
     }
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = q.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
-    let (low, high) = (at.floor() as usize, at.ceil() as usize);
-    sorted[low] + (at - low as f64) * (sorted[high] - sorted[low])
+    let at = q.clamp(0.0, 1.0) * (values.len() - 1) as f64;
+    let below = at.floor() as usize;
+    let mut parted = values.to_vec();
+    let (_, low, above) = parted.select_nth_unstable_by(below, f64::total_cmp);
+    let next = above.iter().copied().min_by(f64::total_cmp);
+    match next.filter(|_| at > below as f64) {
+        Some(high) => *low + (at - below as f64) * (high - *low),
+        None => *low,
+    }
 }
 
 /// Half the distance between the 0.5 % and the 99.5 % quantile, in the unit of `values`.

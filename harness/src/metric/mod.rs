@@ -12,6 +12,7 @@ mod resample;
 mod residual;
 mod spectrum;
 mod stick;
+mod stick_velocity;
 mod velocity;
 
 pub use amplitude::{amplitude, quantile};
@@ -20,7 +21,10 @@ pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
 pub use nrmse::nrmse;
 pub use period::{Period, period};
 pub use resample::{interpolate, resample};
-pub use residual::{AlignedResidual, Fit, ModelMotion, aligned_residual};
+pub use residual::{
+    AlignedBlock, AlignedResidual, Block, Fit, ModelMotion, align, aligned_residual, blocks,
+};
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, stick_fraction};
+pub use stick_velocity::{StickVelocity, plateau, stick_velocity};
 pub use velocity::velocity;

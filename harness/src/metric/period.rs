@@ -55,10 +55,11 @@ pub fn period(values: &[f64], interval: f64) -> Option<Period> {
         if expected + 0.1 * lag >= reach as f64 {
             break;
         }
-        let near = |l: &&usize| (**l as f64 - expected).abs() < 0.1 * lag;
-        let Some(&best) = peaks
+        // By bisection: a long record has many peaks and many multiples.
+        let first = peaks.partition_point(|l| *l as f64 <= expected - 0.1 * lag);
+        let past = peaks.partition_point(|l| (*l as f64) < expected + 0.1 * lag);
+        let Some(&best) = peaks[first..past.max(first)]
             .iter()
-            .filter(near)
             .max_by(|a, b| r[**a].total_cmp(&r[**b]))
         else {
             break;

@@ -75,6 +75,11 @@ impl Axis {
             .map_or(0.0, |n| 6.8 * n as f64 + 14.0)
     }
 
+    /// Whether its ticks are names.
+    pub(super) fn has_names(&self) -> bool {
+        !self.names.is_empty()
+    }
+
     /// Places and texts of about `count` ticks.
     pub(super) fn ticks(&self, scale: &Scale, count: usize) -> Vec<(f64, String)> {
         if self.names.is_empty() {

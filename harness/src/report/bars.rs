@@ -6,7 +6,7 @@ use super::axis::Axis;
 use super::colour::Colour;
 use super::number;
 use super::page::Figure;
-use super::svg::{Canvas, Mark};
+use super::svg::{Canvas, LEGEND_ROW, Mark, NARROW};
 
 /// Bars from zero; each row is one name, each series one bar in every row.
 #[derive(Debug, Clone)]
@@ -21,6 +21,9 @@ pub struct Bars {
 
 const BAR: f64 = 13.0;
 const BETWEEN_ROWS: f64 = 9.0;
+/// Height of a name above its bars, and room left of bars that have it there, px.
+const NAME: f64 = 15.0;
+const NARROW_LEFT: f64 = 10.0;
 
 impl Bars {
     /// Empty bars over a linear axis, one row per name.
@@ -60,8 +63,9 @@ impl Bars {
     }
 }
 
-impl Figure for Bars {
-    fn svg(&self) -> String {
+impl Bars {
+    /// With the names beside the bars, or on narrow screens above them.
+    fn draw(&self, total: f64, names_above: bool) -> String {
         let legend: Vec<_> = self
             .series
             .iter()
@@ -73,18 +77,22 @@ impl Figure for Bars {
                     .map(|t| (t.0.clone(), Colour::Red, Mark::Dashed)),
             )
             .collect();
-        let names = self
-            .rows
-            .iter()
-            .map(|r| r.chars().count())
-            .max()
-            .unwrap_or(0) as f64
-            * 6.8
-            + 14.0;
-        let row = self.series.len() as f64 * BAR + BETWEEN_ROWS;
-        let height = 80.0 + row * self.rows.len() as f64;
-        let mut canvas = Canvas::new(620.0, height, &legend);
-        canvas.widen_left(names);
+        let longest = self.rows.iter().map(|r| r.chars().count()).max();
+        let names = longest.unwrap_or(0) as f64 * 6.8 + 14.0;
+        let name = if names_above { NAME } else { 0.0 };
+        let row = self.series.len() as f64 * BAR + BETWEEN_ROWS + name;
+        let rows_of_legend = if names_above {
+            legend.len() as f64
+        } else {
+            1.0
+        };
+        let height = 62.0 + LEGEND_ROW * rows_of_legend + row * self.rows.len() as f64;
+        let mut canvas = Canvas::new(total, height, &legend);
+        if names_above {
+            canvas.narrow_left(NARROW_LEFT);
+        } else {
+            canvas.widen_left(names);
+        }
         let values = self
             .series
             .iter()
@@ -95,14 +103,14 @@ impl Figure for Bars {
         let (top, left, width) = (canvas.top, canvas.left, canvas.width);
         let x = |v: f64| left + width * scale.share(v);
         canvas.axis_below(&self.axis, &scale);
-        for (i, name) in self.rows.iter().enumerate() {
-            let y = top + BETWEEN_ROWS / 2.0 + i as f64 * row;
-            canvas.label(
-                left - 6.0,
-                y + (row - BETWEEN_ROWS) / 2.0 + 4.0,
-                "end",
-                name,
-            );
+        for (i, text) in self.rows.iter().enumerate() {
+            let y = top + BETWEEN_ROWS / 2.0 + i as f64 * row + name;
+            if names_above {
+                canvas.label(left + 4.0, y - 4.0, "start", text);
+            } else {
+                let middle = y + (row - BETWEEN_ROWS) / 2.0;
+                canvas.label(left - 6.0, middle + 4.0, "end", text);
+            }
             for (k, (_, colour, values)) in self.series.iter().enumerate() {
                 let Some(value) = values.get(i).copied().filter(|v| v.is_finite()) else {
                     continue;
@@ -120,7 +128,7 @@ impl Figure for Bars {
                     (to - from).max(0.5),
                     BAR - 2.0,
                     colour.css(),
-                    super::svg::escape(name),
+                    super::svg::escape(text),
                     number(value, 4)
                 );
             }
@@ -135,6 +143,16 @@ impl Figure for Bars {
             );
         }
         canvas.finish(&self.caption)
+    }
+}
+
+impl Figure for Bars {
+    fn svg(&self) -> String {
+        self.draw(620.0, false)
+    }
+
+    fn narrow_svg(&self) -> Option<String> {
+        Some(self.draw(NARROW, true))
     }
 
     fn caption(&self) -> &str {

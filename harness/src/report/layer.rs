@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::axis::Scale;
 use super::colour::Colour;
+use super::stroke;
 use super::svg::{Canvas, Mark, escape};
 
 #[derive(Debug, Clone)]
@@ -88,20 +89,20 @@ impl Layer {
         let _ = match &self.shape {
             Shape::Line { points, dashed, width } => {
                 let dash = if *dashed { r#" stroke-dasharray="6 4""# } else { "" };
-                let d = path(points.iter().map(|p| (at_x(p.0), at_y(p.1))));
+                let d = stroke::line(points.iter().map(|p| (at_x(p.0), at_y(p.1))));
                 write!(out, r#"<path d="{d}" fill="none" style="stroke:{colour}" stroke-width="{width}"{dash} stroke-linejoin="round"/>"#)
             }
             Shape::Points(points) => points.iter().filter(|p| p.0.is_finite() && p.1.is_finite()).try_for_each(|p| {
                 write!(out, r#"<circle cx="{:.1}" cy="{:.1}" r="3" style="fill:{colour}"/>"#, at_x(p.0), at_y(p.1))
             }),
             Shape::Band(points) => {
-                let there = points.iter().map(|p| (at_x(p.0), at_y(p.1)));
-                let back = points.iter().rev().map(|p| (at_x(p.0), at_y(p.2)));
-                write!(out, r#"<path d="{}Z" style="fill:{colour}" fill-opacity="0.22"/>"#, path(there.chain(back)))
+                let low: Vec<_> = points.iter().map(|p| (at_x(p.0), at_y(p.1))).collect();
+                let high: Vec<_> = points.iter().map(|p| (at_x(p.0), at_y(p.2))).collect();
+                write!(out, r#"<path d="{}Z" style="fill:{colour}" fill-opacity="0.22"/>"#, stroke::area(&low, &high))
             }
             Shape::Cloud(points) => {
                 // Lines of no length with round ends: a third of the text that circles would need.
-                let _ = write!(out, r#"<path style="stroke:{colour}" stroke-width="2" stroke-linecap="round" stroke-opacity="0.5" d=""#);
+                let _ = write!(out, r#"<path style="stroke:{colour}" stroke-width="3" stroke-linecap="round" stroke-opacity="0.6" d=""#);
                 let inside = points.iter().filter(|p| p.0.is_finite() && p.1.is_finite());
                 let _ = inside.into_iter().try_for_each(|p| write!(out, "M{:.1} {:.1}h0", at_x(p.0), at_y(p.1)));
                 write!(out, r#""/>"#)
@@ -115,7 +116,7 @@ impl Layer {
                 write!(out, r#"<circle cx="{:.1}" cy="{y:.1}" r="4" style="fill:{colour}"/>"#, at_x(*middle))
             }),
             Shape::Notes(notes) => notes.iter().filter(|((x, y), _)| x.is_finite() && y.is_finite()).try_for_each(|((x, y), text)| {
-                write!(out, r#"<text x="{:.1}" y="{:.1}" style="fill:{colour}">{}</text>"#, at_x(*x) + 7.0, at_y(*y) - 5.0, escape(text))
+                write!(out, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, at_x(*x) + 7.0, at_y(*y) - 5.0, escape(text))
             }),
             Shape::Upright(value) => {
                 let at = at_x(*value);
@@ -131,24 +132,4 @@ impl Layer {
             }
         };
     }
-}
-
-/// Path data. Points within 0.4 px of the one drawn before are left out: nobody sees them, and the file stays small.
-fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut d = String::new();
-    let mut pen_up = true;
-    let mut last = (f64::NAN, f64::NAN);
-    for (x, y) in points {
-        if !(x.is_finite() && y.is_finite()) {
-            pen_up = true;
-            continue;
-        }
-        let near = (x - last.0).abs() < 0.4 && (y - last.1).abs() < 0.4;
-        if near && !pen_up {
-            continue;
-        }
-        let _ = write!(d, "{}{x:.1} {y:.1}", if pen_up { 'M' } else { 'L' });
-        (pen_up, last) = (false, (x, y));
-    }
-    d
 }

@@ -16,12 +16,15 @@
 mod axis;
 mod bars;
 mod colour;
+#[cfg(test)]
+mod contrast;
 mod layer;
 mod matrix;
 mod number;
 mod page;
 mod plot;
 mod standalone;
+mod stroke;
 mod svg;
 mod table;
 

@@ -9,6 +9,10 @@ use super::table::Table;
 pub trait Figure {
     /// The picture as an `<svg>` element.
     fn svg(&self) -> String;
+    /// The picture laid out anew for a screen as narrow as a phone's; without one the wide picture is moved sideways there.
+    fn narrow_svg(&self) -> Option<String> {
+        None
+    }
     /// One sentence that says what it shows.
     fn caption(&self) -> &str;
 }
@@ -34,13 +38,14 @@ impl Page {
         self
     }
 
-    /// A bar that stays in sight while the page is scrolled: a verdict in a few words, and links to sections.
+    /// A bar that stays in sight while the page is scrolled, where the screen has room for it: a verdict in a few words, and
+    /// links to sections.
     pub fn banner(self, colour: Colour, headline: &str, text: &str, sections: &[&str]) -> Page {
         let style = format!("border-color:{}", colour.css());
         self.add(html! {
             header.banner style=(style) {
                 strong { (headline) } " " span { (text) }
-                nav { @for title in sections { a href={ "#" (anchor(title)) } { (title) } } }
+                @if !sections.is_empty() { nav { @for title in sections { a href={ "#" (anchor(title)) } { (title) } } } }
             }
         })
     }
@@ -85,6 +90,13 @@ impl Page {
         self.add(html! { div.figures { @for figure in figures { (markup(*figure)) } } })
     }
 
+    /// The page's foot: names and values, small, in the order given.
+    pub fn foot(self, lines: &[(&str, String)]) -> Page {
+        self.add(html! {
+            footer { dl { @for (name, value) in lines { dt { (name) } dd { (value) } } } }
+        })
+    }
+
     /// The finished document.
     pub fn html(&self) -> String {
         html! {
@@ -116,5 +128,16 @@ fn anchor(title: &str) -> String {
 }
 
 fn markup(figure: &dyn Figure) -> Markup {
-    html! { figure { (PreEscaped(figure.svg())) figcaption { (figure.caption()) } } }
+    html! {
+        figure {
+            @match figure.narrow_svg() {
+                Some(narrow) => {
+                    div.wide { (PreEscaped(figure.svg())) }
+                    div.narrow { (PreEscaped(narrow)) }
+                }
+                None => div.sideways tabindex="0" { (PreEscaped(figure.svg())) }
+            }
+            figcaption { (figure.caption()) }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::axis::{Axis, Scale};
 use super::colour::Colour;
 use super::layer::{Layer, Shape, pairs};
 use super::page::Figure;
-use super::svg::Canvas;
+use super::svg::{Canvas, LEGEND_ROW, NARROW};
 
 /// A picture over two axes. Later layers lie on top of earlier ones.
 #[derive(Debug, Clone)]
@@ -153,15 +153,15 @@ impl Plot {
     }
 }
 
-impl Figure for Plot {
-    fn svg(&self) -> String {
+impl Plot {
+    fn draw(&self, (width, height): (f64, f64)) -> String {
         let legend: Vec<_> = self
             .layers
             .iter()
             .filter(|l| !l.name.is_empty())
             .map(|l| (l.name.clone(), l.colour, l.shape.mark()))
             .collect();
-        let mut canvas = Canvas::new(self.size.0, self.size.1, &legend);
+        let mut canvas = Canvas::new(width, height, &legend);
         canvas.widen_left(self.y.name_width());
         let x = self.x.scale(self.layers.iter().flat_map(|l| l.shape.xs()));
         let y = self.y.scale(self.ys(x));
@@ -172,6 +172,29 @@ impl Figure for Plot {
         }
         canvas.close_area();
         canvas.finish(&self.caption)
+    }
+}
+
+/// Height of a narrow picture's plotting area and axis, px, without its legend.
+const NARROW_HEIGHT: f64 = 240.0;
+
+impl Figure for Plot {
+    fn svg(&self) -> String {
+        self.draw(self.size)
+    }
+
+    fn narrow_svg(&self) -> Option<String> {
+        let has_notes = self
+            .layers
+            .iter()
+            .any(|l| matches!(l.shape, Shape::Notes(_)));
+        // Names of places do not shrink, and notes run beyond a narrow picture.
+        if has_notes || self.x.has_names() || self.y.name_width() > 0.0 {
+            return None;
+        }
+        let names = self.layers.iter().filter(|l| !l.name.is_empty()).count();
+        let height = NARROW_HEIGHT.max(self.size.1.min(300.0)) + LEGEND_ROW * names as f64;
+        Some(self.draw((NARROW, height)))
     }
 
     fn caption(&self) -> &str {

@@ -3,8 +3,8 @@
 use super::page::Figure;
 
 /// The palette and text style of the page, for white paper.
-const STYLE: &str = ":root{--ink:#1b1f24;--grey:#8a9199;--paper:#fff;--grid:#eceff2;--blue:#0072b2;--orange:#d55e00;\
---green:#009e73;--red:#b3261e;--purple:#aa4499;--sky:#56b4e9}svg svg{overflow:hidden}text{font:12px \
+pub(super) const STYLE: &str = ":root{--ink:#1b1f24;--grey:#7f868e;--paper:#fff;--grid:#eceff2;--blue:#0072b2;--orange:#d55e00;\
+--green:#009e73;--red:#b3261e;--purple:#aa4499;--sky:#3d97d0}svg svg{overflow:hidden}text{font:12px \
 system-ui,\"Segoe UI\",Roboto,sans-serif;fill:var(--ink)}.grid{stroke:var(--grid)}.frame{fill:none;stroke:var(--grey)}\
 .marked{stroke:var(--ink);stroke-width:2}";
 

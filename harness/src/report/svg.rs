@@ -5,11 +5,15 @@ use std::fmt::Write as _;
 use super::axis::{Axis, Scale};
 use super::colour::Colour;
 
+/// A picture grows to so many times its size, where the page has room, and no further: its texts would shout.
+const LARGEST: f64 = 1.3;
+/// Width of a picture for narrow screens, px: that of a phone's screen less the page's margins.
+pub(super) const NARROW: f64 = 336.0;
 /// Room around the plotting area, px: for tick texts and axis labels.
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
-const LEGEND_ROW: f64 = 18.0;
+pub(super) const LEGEND_ROW: f64 = 18.0;
 /// Width of a legend's character and of its mark, px.
 const CHARACTER: f64 = 6.2;
 const MARK: f64 = 30.0;
@@ -50,11 +54,17 @@ impl Canvas {
     }
 
     fn legend(&mut self, entries: &[(String, Colour, Mark)]) {
-        let mut x = self.left;
+        // On a narrow screen the legend needs the room left of the plotting area too.
+        let first = if self.total.0 < 2.0 * NARROW {
+            4.0
+        } else {
+            self.left
+        };
+        let mut x = first;
         for (i, (name, colour, mark)) in entries.iter().enumerate() {
             let width = MARK + CHARACTER * name.chars().count() as f64 + 12.0;
             if i > 0 && x + width > self.total.0 {
-                x = self.left;
+                x = first;
                 self.top += LEGEND_ROW;
             }
             let (y, c) = (self.top + 6.0, colour.css());
@@ -99,6 +109,12 @@ impl Canvas {
         self.width -= more;
     }
 
+    /// Moves the plotting area's left border to `left` px, for a picture without texts there.
+    pub fn narrow_left(&mut self, left: f64) {
+        self.width += self.left - left;
+        self.left = left;
+    }
+
     /// Text at a point; `anchor` is `start`, `middle` or `end`.
     pub fn label(&mut self, x: f64, y: f64, anchor: &str, text: &str) {
         let _ = write!(
@@ -131,7 +147,7 @@ impl Canvas {
     /// Border, and grid, ticks and label of the horizontal axis only.
     pub fn axis_below(&mut self, axis: &Axis, scale: &Scale) {
         let (left, top, bottom) = (self.left, self.top, self.top + self.height);
-        for (tick, text) in axis.ticks(scale, (self.width / 90.0) as usize) {
+        for (tick, text) in axis.ticks(scale, ((self.width / 90.0) as usize).max(3)) {
             let at = left + self.width * scale.share(tick);
             let _ = write!(
                 self.text,
@@ -165,7 +181,8 @@ impl Canvas {
     pub fn finish(self, description: &str) -> String {
         let (w, h) = self.total;
         format!(
-            r#"<svg viewBox="0 0 {w} {h}" role="img" aria-label="{}" xmlns="http://www.w3.org/2000/svg">{}</svg>"#,
+            r#"<svg viewBox="0 0 {w} {h}" style="max-width:{:.0}px" role="img" aria-label="{}" xmlns="http://www.w3.org/2000/svg">{}</svg>"#,
+            LARGEST * w,
             escape(description),
             self.text
         )

@@ -37,7 +37,7 @@ impl Table {
 
     pub(super) fn html(&self) -> Markup {
         html! {
-            div.table { table {
+            div.table tabindex="0" { table {
                 thead { tr { @for name in &self.header { th { (name) } } } }
                 tbody { @for row in &self.rows { tr { @for cell in row {
                     @match cell {

@@ -15,6 +15,11 @@ const ALIGNING: usize = 10;
 /// ln(growth) from which on a difference has clearly grown, or shrunk: one that turns on an ellipse, or has not found its
 /// direction, may grow by less and die out all the same.
 const CLEAR: f64 = 2.0;
+/// Stretches of the growth from whose scatter the exponent's standard error is taken: few enough that each is longer than a
+/// motion remembers, and enough for a scatter.
+const STRETCHES: usize = 10;
+/// Standard errors above zero from which on an exponent is positive: 97.7 % of normal errors lie below.
+const BEYOND: f64 = 2.0;
 /// What is left of a difference when the shift along the motion is taken out, in tolerances of the run, below which it is lost
 /// in the run's error.
 const LOST: f64 = 10.0;
@@ -162,9 +167,37 @@ impl Exponent {
         (time > 0.0).then_some(growth / time)
     }
 
-    /// Whether the difference has clearly grown.
+    /// Standard error of the exponent in 1/s, from the scatter of its values in ten stretches of the motion; `None` with less
+    /// than two returns in a stretch.
+    ///
+    /// ```text
+    /// s^2 = sum_b (g_b - lambda t_b)^2 / [g (g - 1)] / <t>^2
+    /// ```
+    ///
+    /// g_b, t_b: ln(growth) and time in s of stretch b of g = 10. Stretches are taken as independent.
+    /// Source: batch means, e.g. Law and Kelton, Simulation Modeling and Analysis (2000), sect. 9.5.3.
+    pub(super) fn standard_error(&self) -> Option<f64> {
+        let counted = self.counted();
+        if self.lost || counted.len() < 2 * STRETCHES {
+            return None;
+        }
+        let (growth, time) = self.total();
+        let n = counted.len();
+        let stretches =
+            (0..STRETCHES).map(|b| sum(&counted[b * n / STRETCHES..(b + 1) * n / STRETCHES]));
+        let squares: f64 = stretches
+            .map(|(g, t)| (g - growth / time * t).powi(2))
+            .sum();
+        let count = STRETCHES as f64;
+        Some((squares / (count * (count - 1.0))).sqrt() / (time / count))
+    }
+
+    /// Whether the difference has clearly grown: by more than a turn on an ellipse makes of it, and at a rate that is positive
+    /// beyond its standard error.
     pub(super) fn has_grown(&self) -> bool {
-        self.total().0 > CLEAR
+        let (growth, time) = self.total();
+        let error = self.standard_error().unwrap_or(0.0);
+        growth > CLEAR && growth / time > BEYOND * error
     }
 
     /// Whether the difference has clearly shrunk.
@@ -172,16 +205,25 @@ impl Exponent {
         self.total().0 < -CLEAR
     }
 
+    /// The growths that count.
+    fn counted(&self) -> &[(f64, f64)] {
+        &self.growths[self.growths.len() / ALIGNING..]
+    }
+
     /// ln(growth) and time in s of all that counts.
     fn total(&self) -> (f64, f64) {
-        let counted = &self.growths[self.growths.len() / ALIGNING..];
-        let sum = |(g, t): (f64, f64), (a, b): &(f64, f64)| (g + a, t + b);
-        let (growth, time) = counted.iter().fold((0.0, 0.0), sum);
+        let (growth, time) = sum(self.counted());
         if self.lost {
             return (f64::NEG_INFINITY, time.max(f64::MIN_POSITIVE));
         }
         (growth, time)
     }
+}
+
+/// ln(growth) and time in s of several growths.
+fn sum(growths: &[(f64, f64)]) -> (f64, f64) {
+    let add = |(g, t): (f64, f64), (a, b): &(f64, f64)| (g + a, t + b);
+    growths.iter().fold((0.0, 0.0), add)
 }
 
 /// A difference that is no shift along the motion: any will turn into the one that grows most.

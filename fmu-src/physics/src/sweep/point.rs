@@ -38,7 +38,7 @@ pub struct Rule {
     pub patience: usize,
     /// Where the motion is looked at.
     pub section: Section,
-    /// Whether the Lyapunov exponent is measured; without it motions that settle slowly count as irregular.
+    /// Whether the Lyapunov exponent is measured; without it what does not repeat is not resolved.
     pub lyapunov: bool,
 }
 
@@ -57,7 +57,7 @@ impl Default for Rule {
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// The motion repeats, or it does not and never will (no difference to it clearly dies out).
+    /// The motion repeats, or it is irregular: it does not repeat, and its exponent is positive beyond the standard error.
     Settled,
     /// Still approaching its final motion when patience ended.
     Settling,
@@ -67,6 +67,10 @@ pub enum Status {
     Rest,
     /// The section is not met, although the tip moves.
     NoSection,
+    /// The motion does not repeat, and no difference to it clearly grows or dies out when patience ended: quasi-periodic, or a
+    /// transient longer than it was looked at, or chaotic with an exponent too near zero to tell. Also where no exponent
+    /// was measured. Last, as its number travels to clusters.
+    Unresolved,
 }
 
 impl Status {
@@ -78,6 +82,7 @@ impl Status {
             Status::DiesOut => "dies_out",
             Status::Rest => "rest",
             Status::NoSection => "no_section",
+            Status::Unresolved => "unresolved",
         }
     }
 }
@@ -141,7 +146,7 @@ pub fn evaluate(
         // What sticks in every cycle is excited in every cycle: it may fall for a while, but not to nothing.
         let falls = motion.status == Status::DiesOut && motion.stick_fraction == 0.0;
         let may_repeat = motion.period == Some(0) && !falls;
-        let has_grown = exponent.is_none_or(|e| e.has_grown());
+        let has_grown = exponent.as_ref().is_none_or(Exponent::has_grown);
         if !may_repeat || has_grown || round == rule.patience {
             return Ok(motion);
         }
@@ -263,8 +268,10 @@ fn describe(path: &Path, stretch: &mut Stretch, exponent: Option<&Exponent>) -> 
         Status::DiesOut
     } else if exponent.is_some_and(Exponent::has_shrunk) {
         Status::Settling
-    } else {
+    } else if exponent.is_some_and(Exponent::has_grown) {
         Status::Settled
+    } else {
+        Status::Unresolved
     };
     let end = stretch.last.map(|peak| {
         let mode = ContactMode::slip_towards(-model.inputs.belt_velocity);

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::follow::follow;
-use super::model_motion::{Lead, Piece, model_motions};
+use super::from_start_states::{Held, nrmse, settings};
+use super::model_motion::{Lead, model_motions};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
@@ -11,6 +12,7 @@ use crate::metric::{
     Characteristics, Cycle, Spectrum, StickDetection, characteristics, detect_stick, mean_cycle,
     resample, spectrum, whole_cycles,
 };
+use crate::watch::Watch;
 
 /// Phases of the averaged cycle.
 const PHASES: usize = 240;
@@ -25,6 +27,10 @@ pub struct RunComparison {
     pub normal_force_n: f64,
     /// Error of the model, each measured cycle against the most similar of the model's, 1.
     pub nrmse: f64,
+    /// Error over short pieces of the run, each from a start state that the FMU holds for it
+    /// ([`super::from_start_states`]); only FMUs that `diagnose` and `try` wrote from this record hold any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nrmse_from_start_states: Option<f64>,
     /// The NRMSE that a perfect model would have: noise over motion, 1.
     pub noise_floor: f64,
     /// Estimated noise, m.
@@ -68,8 +74,15 @@ pub struct Curves {
     pub spectra: (Spectrum, Spectrum),
 }
 
-/// Runs the FMU at a run's operating point and compares.
-pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComparison, Error> {
+/// Runs the FMU at a run's operating point and compares; with the run's own parameters and start states where it holds them.
+pub(super) fn compare_run(
+    fmu: &Fmu,
+    beam: &BeamKnowledge,
+    run: &Run,
+    held: &Held,
+    watch: &dyn Watch,
+) -> Result<RunComparison, Error> {
+    let set = held.of(run);
     let interval = run.sample_interval();
     let noise = run.noise.std;
     let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
@@ -77,8 +90,9 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
     let period = measured.period;
 
     let lead = period.map_or(Lead::default(), |p| Lead::of(p, run.duration(), interval));
-    let motions = model_motions(fmu, beam, run, lead)?;
-    let follower = follow(&time, run, &Piece::all(&motions, lead), period);
+    let half = |second| Half { watch, second };
+    let motions = model_motions(fmu, beam, run, lead, &settings(set), &half(false))?;
+    let follower = follow(&time, run, &motions, period, &half(true))?;
     let measured_stick = detect_stick(&time, &run.displacement, run.belt_velocity, noise);
     // The follower has the measured period by construction; what the model does by itself counts.
     let model = Characteristics {
@@ -113,6 +127,7 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
         belt_velocity_m_per_s: run.belt_velocity,
         normal_force_n: run.normal_force,
         nrmse: follower.nrmse,
+        nrmse_from_start_states: set.map(|s| nrmse(fmu, run, s)).transpose()?,
         noise_floor: noise / spread(&run.displacement),
         noise_std_m: noise,
         measured,
@@ -122,7 +137,24 @@ pub fn compare_run(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Result<RunComp
     })
 }
 
-fn spread(values: &[f64]) -> f64 {
+/// Half of the work on a run.
+struct Half<'a> {
+    watch: &'a dyn Watch,
+    second: bool,
+}
+
+impl Watch for Half<'_> {
+    fn step(&self, what: &str, done: usize, of: usize) {
+        self.watch
+            .step(what, done + if self.second { of } else { 0 }, 2 * of);
+    }
+    fn stop(&self) -> bool {
+        self.watch.stop()
+    }
+}
+
+/// Standard deviation.
+pub(super) fn spread(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }

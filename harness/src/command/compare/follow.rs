@@ -1,8 +1,13 @@
 //! The model's motions made to follow a record.
 
-use super::model_motion::Piece;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::model_motion::Motions;
+use crate::error::Error;
 use crate::measurement::Run;
-use crate::metric::{Period, aligned_residual, amplitude, nrmse, period};
+use crate::metric::{AlignedResidual, Period, align, amplitude, blocks, nrmse, period};
+use crate::parallel::parallel;
+use crate::watch::Watch;
 
 /// The model at a record's sample times.
 pub(super) struct Follower {
@@ -18,13 +23,20 @@ pub(super) struct Follower {
     pub own_period: Option<Period>,
 }
 
-/// Aligns the best of `pieces` to each cycle of a run with this cycle `period` (s). Without a period there is nothing to
+/// Aligns the best piece of `motions` to each cycle of a run with this cycle `period` (s). Without a period there is nothing to
 /// align: then the first piece, which starts from the measured state, is taken as it is.
-pub(super) fn follow(time: &[f64], run: &Run, pieces: &[Piece], period_s: Option<f64>) -> Follower {
+pub(super) fn follow(
+    time: &[f64],
+    run: &Run,
+    motions: &Motions,
+    period_s: Option<f64>,
+    watch: &dyn Watch,
+) -> Result<Follower, Error> {
     let interval = run.sample_interval();
+    let pieces = motions.pieces();
     let Some(period_s) = period_s else {
         let displacement = pieces[0].displacement(interval).at_all(time);
-        return Follower {
+        return Ok(Follower {
             velocity: pieces[0].velocity(interval).at_all(time),
             residual: run
                 .displacement
@@ -35,10 +47,19 @@ pub(super) fn follow(time: &[f64], run: &Run, pieces: &[Piece], period_s: Option
             nrmse: nrmse(&run.displacement, &displacement),
             own_period: period(pieces[0].samples(time.len()), interval),
             displacement,
-        };
+        });
     };
     let views: Vec<_> = pieces.iter().map(|p| p.displacement(interval)).collect();
-    let aligned = aligned_residual(time, &run.displacement, &views, period_s);
+    let measured = &run.displacement;
+    let blocks = blocks(time, measured, period_s, motions.block(interval));
+    let done = AtomicUsize::new(0);
+    let fits = parallel(&blocks, |block| {
+        let aligned = align(time, measured, block, &views, period_s);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        watch.step(&run.name, done, blocks.len());
+        Ok(aligned.fits)
+    })?;
+    let aligned = AlignedResidual::of(time, measured, &views, fits.concat());
     let mut velocity = Vec::with_capacity(time.len());
     for fit in &aligned.fits {
         let motion = pieces[fit.motion].velocity(interval);
@@ -50,17 +71,20 @@ pub(super) fn follow(time: &[f64], run: &Run, pieces: &[Piece], period_s: Option
         velocity[fit.samples.start] = f64::NAN;
     }
     let target = amplitude(&run.displacement);
-    let over_record = |k: usize| views[k].at_all(time);
-    let off = |k: &usize| (amplitude(&over_record(*k)) - target).abs();
+    let off = |k: &usize| (amplitude(pieces[*k].samples(time.len())) - target).abs();
     let mut used: Vec<usize> = aligned.fits.iter().map(|f| f.motion).collect();
     used.sort_unstable();
     used.dedup();
-    let nearest = used.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-    Follower {
+    let nearest = used
+        .into_iter()
+        .map(|k| (k, off(&k)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(k, _)| k);
+    Ok(Follower {
         own_period: nearest.and_then(|k| period(pieces[k].samples(time.len()), interval)),
         displacement: aligned.model,
         velocity,
         residual: aligned.residual,
         nrmse: aligned.nrmse,
-    }
+    })
 }

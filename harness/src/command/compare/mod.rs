@@ -2,6 +2,7 @@
 
 mod comparison;
 mod follow;
+mod from_start_states;
 mod model_motion;
 mod page;
 mod pictures;
@@ -12,12 +13,17 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-pub use comparison::{RunComparison, compare_run};
+use comparison::compare_run;
+
+pub use comparison::RunComparison;
+use from_start_states::Held;
 
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::Campaign;
-use crate::output::{make_folder, write_file};
+use crate::measurement::{Campaign, Run};
+use crate::output::{make_folder, print, print_line, write_file};
+use crate::provenance::Provenance;
+use crate::watch::Watch;
 
 /// Options of `compare`.
 #[derive(Debug, Args)]
@@ -61,23 +67,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let comparisons = compare(&fmu, &campaign)?;
 
-    let json = serde_json::to_string_pretty(&Summary {
+    let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
+    let json = provenance.json(&Summary {
         campaign: &campaign.name,
         fmu: &fmu.description().model_name,
         runs: &comparisons,
-    })
-    .expect("numbers and texts have a JSON form");
+    });
     write_file(&arguments.output.join("comparison.json"), json.as_bytes())?;
     let report = arguments.output.join("report.html");
     write_file(
         &report,
-        page::html(&fmu, &campaign, &comparisons, limit).as_bytes(),
+        page::html(&fmu, &campaign, &comparisons, limit, &provenance).as_bytes(),
     )?;
     if arguments.json {
-        println!("{json}");
+        print_line(json)?;
     } else {
-        print!("{}", terminal::table(&campaign, &comparisons, limit));
-        println!("Report: {}", report.display());
+        print(&terminal::table(&campaign, &comparisons, limit))?;
+        print_line(format_args!("Report: {}", report.display()))?;
     }
     gate(&comparisons, limit)
 }
@@ -85,19 +91,47 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 /// Compares every run, worst first.
 pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Error> {
     // Hidden by itself where standard error is no terminal.
-    let style =
-        ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid");
-    let progress = ProgressBar::new(campaign.runs.len() as u64).with_style(style);
-    let mut comparisons = Vec::new();
+    let style = ProgressStyle::with_template(
+        "{elapsed_precise} {bar:30} {percent} % {msg} (about {eta} left)",
+    )
+    .expect("the template is valid");
+    let samples = |run: &Run| run.time.len() as u64;
+    let bar = ProgressBar::new(campaign.runs.iter().map(samples).sum()).with_style(style);
+    let held = Held::by(fmu)?;
+    let (mut comparisons, mut before) = (Vec::new(), 0);
     for run in &campaign.runs {
-        progress.set_message(run.name.clone());
-        comparisons.push(compare_run(fmu, &campaign.beam, run)?);
-        progress.inc(1);
+        bar.set_message(run.name.clone());
+        let inside = InsideRun {
+            bar: &bar,
+            before,
+            samples: samples(run),
+        };
+        comparisons.push(compare_run(fmu, &campaign.beam, run, &held, &inside)?);
+        before += samples(run);
+        bar.set_position(before);
     }
-    progress.finish_and_clear();
+    bar.finish_and_clear();
     // A run that cannot be scored (NaN) is the worst.
     comparisons.sort_by(|a, b| b.nrmse.total_cmp(&a.nrmse));
     Ok(comparisons)
+}
+
+/// The bar while one run is in work; it counts samples.
+struct InsideRun<'a> {
+    bar: &'a ProgressBar,
+    before: u64,
+    samples: u64,
+}
+
+impl Watch for InsideRun<'_> {
+    fn step(&self, _: &str, done: usize, of: usize) {
+        let share = done as f64 / of.max(1) as f64;
+        let at = self.before + (share * self.samples as f64) as u64;
+        self.bar.set_position(at);
+    }
+    fn stop(&self) -> bool {
+        false
+    }
 }
 
 #[derive(serde::Serialize)]

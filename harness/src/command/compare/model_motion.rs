@@ -1,10 +1,14 @@
 //! The motions that the model makes at a run's operating point.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::command::operating_point::{OperatingPoint, record};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
 use crate::metric::{ModelMotion, quantile, velocity};
+use crate::parallel::parallel;
+use crate::watch::Watch;
 
 /// The model runs at least this many measured periods, and this share of the record, before it is compared: long enough
 /// to forget that its start state is known at the tip only.
@@ -23,52 +27,126 @@ pub(super) struct Motion {
     pub velocity: Vec<f64>,
 }
 
-/// How much longer than the record the model runs, in samples.
+/// Records of up to this many samples are compared as a whole; longer ones block by block with the same motions, so that the
+/// work grows with the record and not with its square.
+const WHOLE_SAMPLES: f64 = 20_000.0;
+/// Length of such a block, and of the motions' way from their start that is looked at, in measured periods.
+const BLOCK_PERIODS: f64 = 32.0;
+
+/// How much longer than what is compared with it the model runs, in samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Lead {
     /// After this the model has settled.
     settle: usize,
     /// By this much it can be shifted against the record, either way.
     shift: usize,
+    /// Of the way from the start to the settled motion this much is compared.
+    way: usize,
+    /// Longest piece of the record that is compared at once; `None` is all of it.
+    block: Option<usize>,
 }
 
 impl Lead {
     /// For a record of this `period`, `duration` and sample `interval`, s.
     pub fn of(period: f64, duration: f64, interval: f64) -> Lead {
         let samples = |time: f64| (time / interval).round() as usize;
+        let shift = samples(SHIFT_PERIODS * period);
+        if duration <= WHOLE_SAMPLES * interval {
+            let settle = samples((SETTLE_PERIODS * period).max(SETTLE_SHARE * duration));
+            return Lead {
+                settle,
+                shift,
+                way: settle,
+                block: None,
+            };
+        }
+        let share = SETTLE_SHARE * WHOLE_SAMPLES * interval;
+        let settle = samples(
+            (SETTLE_PERIODS * period)
+                .max(share)
+                .min(SETTLE_SHARE * duration),
+        );
+        let block = samples((BLOCK_PERIODS * period).min(duration));
         Lead {
-            settle: samples((SETTLE_PERIODS * period).max(SETTLE_SHARE * duration)),
-            shift: samples(SHIFT_PERIODS * period),
+            settle,
+            shift,
+            way: settle.min(block),
+            block: Some(block),
         }
     }
+
+    /// Longest piece of the record that is compared at once, s.
+    pub fn block(&self, interval: f64) -> f64 {
+        self.block
+            .map_or(f64::INFINITY, |samples| samples as f64 * interval)
+    }
+
+    /// Steps that the model makes from each start state, and from the measured one, for a record of `steps` intervals.
+    fn model_steps(&self, steps: usize) -> (usize, usize) {
+        let reach = 2 * self.shift + 2;
+        match self.block {
+            None => (self.settle + reach + steps, 0),
+            Some(block) => (self.settle + reach + block, reach + steps),
+        }
+    }
+}
+
+/// The motions of the model at a run's operating point.
+pub(super) struct Motions {
+    /// From every start state.
+    from_grid: Vec<Motion>,
+    /// Through the whole of a long record, from the measured state: what changes slowly, such as friction that drifts, shows
+    /// here at its time.
+    throughout: Option<Motion>,
+    lead: Lead,
 }
 
 /// A piece of a motion, long enough to be shifted against the record.
 #[derive(Clone, Copy)]
 pub(super) struct Piece<'a> {
     motion: &'a Motion,
-    lead: Lead,
-    settled: bool,
+    first: usize,
+    past: usize,
+    shift: usize,
+    has_clock: bool,
+}
+
+impl Motions {
+    /// The pieces to compare: each motion settled, and each motion from its start on. A measured rig may still be on its
+    /// way from an unknown start, which takes seconds, or have arrived.
+    pub fn pieces(&self) -> Vec<Piece<'_>> {
+        let Lead {
+            settle, shift, way, ..
+        } = self.lead;
+        let whole = |motion| Piece {
+            motion,
+            first: 0,
+            past: motion.displacement.len(),
+            shift,
+            has_clock: false,
+        };
+        let settled = self.from_grid.iter().map(|motion| Piece {
+            first: settle,
+            ..whole(motion)
+        });
+        let under_way = self.from_grid.iter().map(|motion| Piece {
+            past: motion.displacement.len() + way - settle,
+            ..whole(motion)
+        });
+        let throughout = self.throughout.iter().map(|motion| Piece {
+            has_clock: true,
+            ..whole(motion)
+        });
+        settled.chain(under_way).chain(throughout).collect()
+    }
+
+    /// Longest piece of the record that is compared at once, s.
+    pub fn block(&self, interval: f64) -> f64 {
+        self.lead.block(interval)
+    }
 }
 
 impl<'a> Piece<'a> {
-    /// The pieces to compare: each motion from its start on, and each motion settled. A measured rig may still be on its
-    /// way from an unknown start, which takes seconds, or have arrived.
-    pub fn all(motions: &'a [Motion], lead: Lead) -> Vec<Piece<'a>> {
-        let piece = |settled| {
-            motions.iter().map(move |motion| Piece {
-                motion,
-                lead,
-                settled,
-            })
-        };
-        piece(true).chain(piece(false)).collect()
-    }
-
-    fn first(self) -> usize {
-        if self.settled { self.lead.settle } else { 0 }
-    }
-
     /// Displacement in the record's time, m.
     pub fn displacement(self, interval: f64) -> ModelMotion<'a> {
         self.view(&self.motion.displacement, interval)
@@ -80,35 +158,53 @@ impl<'a> Piece<'a> {
     }
 
     fn view(self, values: &'a [f64], interval: f64) -> ModelMotion<'a> {
+        let reach = self.shift as f64 * interval;
         ModelMotion {
-            start: -(self.lead.shift as f64) * interval,
+            start: -reach,
             interval,
-            values: &values[self.first()..],
+            values: &values[self.first..self.past],
+            reach: if self.has_clock { reach } else { f64::INFINITY },
         }
     }
 
-    /// Even samples of the displacement (m) over the record.
+    /// Even samples of the displacement (m) over the record, or as far as the piece goes.
     pub fn samples(self, count: usize) -> &'a [f64] {
-        let first = self.first() + self.lead.shift;
-        &self.motion.displacement[first..(first + count).min(self.motion.displacement.len())]
+        let first = self.first + self.shift;
+        &self.motion.displacement[first..(first + count).min(self.past)]
     }
 }
 
-/// Runs the model from every start state; without `lead` (no period to settle for) from the measured one only.
+/// Runs the model from every start state, with `settings` beside what is known of the beam and before it; without `lead` (no period to settle for) from the measured one only.
 pub(super) fn model_motions(
     fmu: &Fmu,
     beam: &BeamKnowledge,
     run: &Run,
     lead: Lead,
-) -> Result<Vec<Motion>, Error> {
+    settings: &[(String, f64)],
+    watch: &dyn Watch,
+) -> Result<Motions, Error> {
     let interval = run.sample_interval();
-    let steps = lead.settle + 2 * lead.shift + (run.duration() / interval).ceil() as usize + 2;
+    let (steps, throughout) = lead.model_steps((run.duration() / interval).ceil() as usize);
     let count = if lead.shift == 0 { 1 } else { usize::MAX };
-    starts(fmu, beam, run)
-        .iter()
-        .take(count)
-        .map(|point| model_run(fmu, &run.name, point, interval, steps))
-        .collect()
+    let starts = starts(fmu, beam, run, settings);
+    let long = (throughout > 0).then_some((&starts[0], throughout));
+    // The longest first, so that no processor waits for it at the end.
+    let jobs: Vec<(&OperatingPoint, usize)> = long
+        .into_iter()
+        .chain(starts.iter().take(count).map(|point| (point, steps)))
+        .collect();
+    let done = AtomicUsize::new(0);
+    let mut motions = parallel(&jobs, |(point, steps)| {
+        let motion = model_run(fmu, &run.name, point, interval, *steps)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        watch.step(&run.name, done, jobs.len());
+        Ok(motion)
+    })?;
+    Ok(Motions {
+        throughout: long.is_some().then(|| motions.remove(0)),
+        from_grid: motions,
+        lead,
+    })
 }
 
 /// Start states to try: the measured one, and a grid up to the farthest bend and to the belt's velocity.
@@ -116,7 +212,12 @@ pub(super) fn model_motions(
 /// Several attractors coexist over wide ranges, large stick-slip cycles and a small one near the second mode, and a start
 /// state known at the tip only may lead to any of them. All are compared, so that what the model can do is judged and not
 /// the luck of its start.
-fn starts(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Vec<OperatingPoint> {
+fn starts(
+    fmu: &Fmu,
+    beam: &BeamKnowledge,
+    run: &Run,
+    settings: &[(String, f64)],
+) -> Vec<OperatingPoint> {
     let ends = 2 * START_HALF_WIDTH;
     let measured_velocity = velocity(
         &run.time[..ends],
@@ -141,6 +242,7 @@ fn starts(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> Vec<OperatingPoint> {
     });
     let states = std::iter::once((run.displacement[0], measured_velocity)).chain(grid);
     let point = OperatingPoint::of_beam(fmu, beam, run.belt_velocity, run.normal_force);
+    let point = point.with(settings);
     states
         .into_iter()
         .map(|(w, v)| point.clone().starting_at(fmu, w, v))
@@ -175,4 +277,36 @@ fn model_run(
         displacement,
         velocity,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of all motions of a record of `samples` samples at 10 kHz with cycles of 30 ms.
+    fn all_steps(samples: usize) -> usize {
+        let steps = samples - 1;
+        let lead = Lead::of(0.03, steps as f64 * 1e-4, 1e-4);
+        let (grid, throughout) = lead.model_steps(steps);
+        16 * grid + throughout
+    }
+
+    #[test]
+    fn regress_the_model_runs_no_longer_than_in_proportion_to_a_long_record() {
+        // Twice the record may at most double the work; 100 times the longest one compared whole costs far less than 100 times.
+        for samples in [25_000, 100_000, 1_000_000] {
+            assert!(
+                all_steps(2 * samples) <= 2 * all_steps(samples),
+                "{samples}"
+            );
+        }
+        assert!(all_steps(2_000_000) < 5 * all_steps(20_000));
+    }
+
+    #[test]
+    fn a_short_record_is_compared_as_a_whole() {
+        let lead = Lead::of(0.03, 0.8, 1e-4);
+        assert_eq!(lead.block(1e-4), f64::INFINITY);
+        assert_eq!(lead.model_steps(8000), (6000 + 2 * 600 + 2 + 8000, 0));
+    }
 }

@@ -4,10 +4,12 @@ use super::RunComparison;
 use super::pictures::{
     cycle_overlay, harmonic_error, phase_plane, residual, scores, spectra, time_series,
 };
+use super::terminal::FROM_STARTS;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::metric::HARMONICS;
-use crate::report::{Cell, Figure, Page, Table, number, with_unit};
+use crate::provenance::Provenance;
+use crate::report::{Cell, Colour, Figure, Page, Table, number, with_unit};
 
 /// The finished document.
 pub fn html(
@@ -15,6 +17,7 @@ pub fn html(
     campaign: &Campaign,
     comparisons: &[RunComparison],
     limit: Option<f64>,
+    provenance: &Provenance,
 ) -> String {
     let lead = format!(
         "{} against campaign '{}', {} runs, worst first.",
@@ -22,7 +25,12 @@ pub fn html(
         campaign.name,
         comparisons.len()
     );
-    let mut page = Page::new("Model against measurement", &lead)
+    let (colour, headline, text) = verdict(comparisons);
+    let page = Page::new("Model against measurement", &lead)
+        .banner(colour, &headline, &text, &[])
+        .figure(&scores(comparisons))
+        .table(&summary(comparisons, limit));
+    let mut page = from_start_states(page, comparisons)
         .paragraph(
             "NRMSE is the root mean square difference between measurement and model over the spread of the measurement: 0 is a perfect \
              match, 1 is as bad as a constant. Noise is the NRMSE that a perfect model would have. A self-excited motion has no clock, and \
@@ -30,15 +38,46 @@ pub fn html(
              compared with the most similar cycle that the model makes; the pictures show the model put together in this way. Its period \
              is the one exception: that is taken from the model's own motion, the one with the nearest amplitude.",
         )
-        .table(&summary(comparisons, limit))
-        .figures(&[&scores(comparisons), &harmonic_error(comparisons)])
         .section("Harmonics")
+        .figure(&harmonic_error(comparisons))
         .paragraph("Amplitudes at the multiples of the cycle frequency, model | measured.")
         .table(&harmonics(comparisons));
     for run in comparisons {
         page = run_section(page, run);
     }
-    page.html()
+    page.foot(&provenance.lines()).html()
+}
+
+/// An error above this multiple of the noise is more than the sensor explains; what lies between is for the reader to judge.
+const BEYOND_NOISE: f64 = 3.0;
+
+/// How well the model does, in a few words: for all runs, and for the worst.
+fn verdict(comparisons: &[RunComparison]) -> (Colour, String, String) {
+    let over_noise = |run: &RunComparison| run.nrmse / run.noise_floor;
+    let explained = |run: &&RunComparison| over_noise(run) <= BEYOND_NOISE;
+    let close = comparisons.iter().filter(explained).count();
+    let (colour, headline) = match comparisons.len() {
+        all if close == all => (
+            Colour::Green,
+            "The model explains every run within three times the sensor's noise.".to_owned(),
+        ),
+        all => (
+            Colour::Orange,
+            format!(
+                "In {} of {all} runs the model is off by more than three times the sensor's noise.",
+                all - close
+            ),
+        ),
+    };
+    let text = comparisons.first().map_or(String::new(), |worst| {
+        format!(
+            "Worst: {} with an error (NRMSE) of {}, {} times the noise.",
+            worst.name,
+            number(worst.nrmse, 3),
+            number(over_noise(worst), 2)
+        )
+    });
+    (colour, headline, text)
 }
 
 fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
@@ -89,6 +128,28 @@ fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
             text(format!("{:.3}", run.model.stick_fraction)),
         ])
     })
+}
+
+/// The error from start states that the FMU holds, if it holds any.
+fn from_start_states(page: Page, comparisons: &[RunComparison]) -> Page {
+    if comparisons
+        .iter()
+        .all(|r| r.nrmse_from_start_states.is_none())
+    {
+        return page;
+    }
+    let header = ["run", "NRMSE from start states", "noise", "over the noise"];
+    let table = comparisons.iter().fold(Table::new(&header), |table, run| {
+        let error = run.nrmse_from_start_states;
+        let shown = |value: Option<f64>| value.map_or("–".into(), |v| number(v, 3));
+        table.row(vec![
+            Cell::Text(run.name.clone()),
+            Cell::Number(shown(error)),
+            Cell::Number(number(run.noise_floor, 2)),
+            Cell::Number(shown(error.map(|e| e / run.noise_floor))),
+        ])
+    });
+    page.paragraph(&format!("{FROM_STARTS}.")).table(&table)
 }
 
 fn harmonics(comparisons: &[RunComparison]) -> Table {

@@ -8,6 +8,10 @@ use super::RunComparison;
 use crate::measurement::Campaign;
 use crate::report::{number, with_unit};
 
+/// What the figure of [`super::from_start_states`] is.
+pub const FROM_STARTS: &str = "NRMSE from start states: this FMU holds parameters and start states for each run (resources/runs); from \
+    these, short pieces are predicted, the worst tenth left out, as in the error ladder of `diagnose`";
+
 /// One line per run, worst first; colour only where standard output is a terminal.
 pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f64>) -> String {
     let mut text = format!(
@@ -20,6 +24,9 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
         "run", "belt", "force", "NRMSE", "noise", "period", "amplitude", "stick share"
     );
     let _ = writeln!(text, "{}", style(header).bold());
+    let any_held = comparisons
+        .iter()
+        .any(|r| r.nrmse_from_start_states.is_some());
     for run in comparisons {
         let score = format!("{:>7}", number(run.nrmse, 3));
         let score = match limit {
@@ -52,6 +59,15 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
         );
         for remark in &run.remarks {
             let _ = writeln!(text, "{:<10} {}", "", style(remark).yellow());
+        }
+    }
+    if any_held {
+        let _ = writeln!(text, "\n{FROM_STARTS}:\n");
+        for run in comparisons {
+            let error = run.nrmse_from_start_states;
+            let error = error.map_or("none held".into(), |e| number(e, 3));
+            let floor = number(run.noise_floor, 2);
+            let _ = writeln!(text, "{:<10} {error:>9}   noise {floor:>7}", run.name);
         }
     }
     text.push('\n');

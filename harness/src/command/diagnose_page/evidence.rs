@@ -3,6 +3,7 @@
 use super::Material;
 use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, name};
 use crate::diagnose::outcome::Verdict;
+use crate::diagnose::rivals::others;
 use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
 
 /// Candidates that the pictures show.
@@ -135,8 +136,12 @@ fn confusion(page: Page, material: &Material) -> Page {
     let page = page.subsection("Candidates that can't be told apart");
     match (ties.is_empty(), material.diagnosis.verdict) {
         (false, _) => page.list(&ties),
+        (true, Verdict::EffectFound) if material.selection.by_break_aways => page.paragraph(
+            "Not compared: the effect is named by the break-aways, and no motion comes down to the noise.",
+        ),
         (true, Verdict::EffectFound) => {
-            page.paragraph("None: no other candidate comes near the effect found.")
+            let others = others(material.session, material.selection);
+            page.paragraph(&format!("None. {others}"))
         }
         (true, _) => page.paragraph("No effect is named, so there is none to be confused."),
     }

@@ -12,11 +12,14 @@ mod statistics;
 mod verdict;
 mod views;
 
+use std::path::Path;
+
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::select::Selection;
 use crate::diagnose::session::Session;
 use crate::diagnose::steps::Step;
 use crate::error::Error;
+use crate::provenance::Provenance;
 use crate::report::{Figure, Page};
 use views::Views;
 
@@ -35,10 +38,12 @@ struct Material<'a> {
     selection: &'a Selection,
     steps: &'a [Step],
     diagnosis: &'a Diagnosis,
+    /// Folder of the calibrated FMU.
+    output: &'a Path,
     views: Views,
 }
 
-/// The finished document; `command` is the command line that makes it anew.
+/// The finished document; `command` is the command line that makes it anew, with the provenance of what it shows.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -47,7 +52,8 @@ pub fn html(
     selection: &Selection,
     steps: &[Step],
     diagnosis: &Diagnosis,
-    command: &str,
+    output: &Path,
+    (command, provenance): (&str, &Provenance),
 ) -> Result<String, Error> {
     let views = Views::new(session, selection, steps, diagnosis)?;
     let material = Material {
@@ -55,6 +61,7 @@ pub fn html(
         selection,
         steps,
         diagnosis,
+        output,
         views,
     };
     let title = format!("Diagnosis of {}", session.campaign.name);
@@ -72,7 +79,7 @@ pub fn html(
         .section("Reproduce")
         .paragraph("This command makes this page anew, with the same numbers:")
         .code(command);
-    Ok(page.html())
+    Ok(page.foot(&provenance.lines()).html())
 }
 
 fn lead(session: &Session) -> String {

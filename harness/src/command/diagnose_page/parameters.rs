@@ -11,10 +11,23 @@ use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 pub fn section(page: Page, material: &Material) -> Page {
     let page = page
         .section(super::SECTIONS[4])
-        .paragraph("± is half the width of the 95 % interval (1.96 standard deviations), as far as the model is right. The same folder holds these values as model.toml, as an SSP parameter file (.ssv) and as the start values of an FMU: run `compare` with that FMU to see the error fallen.");
+        .paragraph("± is half the width of the 95 % interval (1.96 standard deviations), as far as the model is right. The same folder holds these values as model.toml, as an SSP parameter file (.ssv) and as the start values of an FMU. What differs from run to run, one FMU has but once; so it also holds a parameter set and start states for each run (the folder runs, and resources/runs in the FMU). `compare` finds them there and shows, as NRMSE from start states, the last error of each run again:")
+        .code(&compare_again(material));
     let page = page.table(&values(material)).figure(&shift(material));
     page.subsection("What each run has of its own")
         .table(&own(material))
+}
+
+/// The command that compares with the calibrated FMU.
+fn compare_again(material: &Material) -> String {
+    format!(
+        "stickslip compare {} --fmu {}",
+        material.session.campaign.folder.display(),
+        material
+            .output
+            .join(crate::command::pack::FILE_NAME)
+            .display()
+    )
 }
 
 /// Models whose values are shown: calibrated, and the last rung if an effect was added.
@@ -100,8 +113,9 @@ fn shift(material: &Material) -> Plot {
             let percent = |v: f64| 100.0 * (v / knob.prior - 1.0);
             row.push(i as f64 + offset);
             middle.push(percent(found.value));
-            low.push(percent(found.value - 1.96 * found.std));
-            high.push(percent(found.value + 1.96 * found.std));
+            let half = found.half_width().unwrap_or(f64::NAN);
+            low.push(percent(found.value - half));
+            high.push(percent(found.value + half));
         }
         plot = plot.intervals(name, COLOURS[n], &row, &middle, &low, &high);
     }

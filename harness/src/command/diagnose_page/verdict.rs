@@ -2,7 +2,7 @@
 
 use super::{Material, SECTIONS};
 use crate::diagnose::outcome::{Diagnosis, Estimate, FoundEffect, Verdict};
-use crate::diagnose::rivals::TIE;
+use crate::diagnose::rivals::{TIE, others};
 use crate::report::{Colour, Page, number};
 
 /// The bar that stays in sight.
@@ -31,7 +31,10 @@ fn headline(material: &Material) -> String {
         Verdict::UnknownEffect if material.selection.stopped => {
             "Not decided: the search was stopped.".into()
         }
-        Verdict::UnknownEffect => "Something outside the catalogue is missing.".into(),
+        Verdict::UnknownEffect => match material.selection.tried_by_hand(material.session) {
+            Some(tried) => format!("Not explained by what was tried: {tried}."),
+            None => "Something outside the catalogue is missing.".into(),
+        },
     }
 }
 
@@ -85,10 +88,12 @@ pub fn words(page: Page, material: &Material) -> Page {
         Verdict::EffectFound if material.selection.by_break_aways => {
             page.paragraph(&diagnosis.summary)
         }
-        Verdict::EffectFound => diagnosis
-            .effects
-            .iter()
-            .fold(page, |page, effect| page.paragraph(&found(effect))),
+        Verdict::EffectFound => diagnosis.effects.iter().fold(page, |page, effect| {
+            page.paragraph(&found(
+                effect,
+                &others(material.session, material.selection),
+            ))
+        }),
         _ => page.paragraph(&diagnosis.summary),
     };
     let page = next(page, diagnosis);
@@ -100,7 +105,7 @@ pub fn words(page: Page, material: &Material) -> Page {
     }
 }
 
-fn found(effect: &FoundEffect) -> String {
+fn found(effect: &FoundEffect, others: &str) -> String {
     let values: Vec<String> = effect
         .parameters
         .iter()
@@ -115,15 +120,15 @@ fn found(effect: &FoundEffect) -> String {
         "no more than chance could give"
     };
     let ties = if effect.confounded_with.is_empty() {
-        "No other candidate comes near it.".to_owned()
+        String::new()
     } else {
         format!(
-            "These data can't tell it from {}.",
+            "These data can't tell it from {}. ",
             effect.confounded_with.join(", ")
         )
     };
     format!(
-        "{}: {}. It raises the logarithm of the likelihood by {} where chance reaches {}: {sure}. {ties} What remains on the runs fitted is {} times the sensor noise (1 is the floor).",
+        "{}: {} (± is half the 95 % interval). It raises the logarithm of the likelihood by {} where chance reaches {}: {sure}. {ties}{others} What remains on the runs fitted is {} times the sensor noise (1 is the floor).",
         effect.id,
         if values.is_empty() {
             "its values differ from run to run".to_owned()
@@ -148,8 +153,7 @@ pub fn with_interval(estimate: &Estimate) -> String {
     } else {
         ""
     };
-    let half = 1.96 * estimate.std;
-    if half > 0.0 && half.is_finite() {
+    if let Some(half) = estimate.half_width() {
         format!(
             "{} ± {}{unit}{bound}",
             to_digit_of(estimate.value, half),

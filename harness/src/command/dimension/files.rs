@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::series::Series;
 use crate::dimension::Analysis;
+use crate::provenance::Provenance;
 
 /// One line per embedding dimension and radius.
 pub fn sums(a: &Analysis) -> String {
@@ -28,7 +29,7 @@ fn number(value: f64) -> Value {
 }
 
 /// All results.
-pub fn json(series: &Series, a: &Analysis) -> String {
+pub fn json(series: &Series, a: &Analysis, provenance: &Provenance) -> String {
     let per_dimension: Vec<Value> = (1..=a.sum.counts.len())
         .map(|m| {
             json!({
@@ -60,6 +61,10 @@ pub fn json(series: &Series, a: &Analysis) -> String {
             "from": r.from, "to": r.to, "octaves": r.octaves(), "dimensions": [r.dimensions.0, r.dimensions.1],
             "slope": r.slope, "slopes": r.slopes, "window_std": r.window_std, "std": a.std,
         })),
+        "convergence": a.convergence.map(|c| json!({
+            "change": number(c.change), "std": number(c.std), "plateau": c.is_plateau(),
+        })),
+        "returns": a.returns,
         "takens_estimate": a.takens.map(number),
         "halves": a.halves.map(|h| json!([number(h.0), number(h.1)])),
         "radii": a.sum.radii,
@@ -82,5 +87,5 @@ pub fn json(series: &Series, a: &Analysis) -> String {
         "noise_radius": a.noise_radius,
         "remarks": a.remarks,
     });
-    serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
+    provenance.json(&value)
 }

@@ -2,18 +2,20 @@
 
 mod files;
 mod page;
-mod pictures;
-mod series;
+pub(super) mod pictures;
+pub(super) mod series;
 mod terminal;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use super::operating_options::OperatingOptions;
 use super::progress::Progress;
 use crate::dimension::{Norm, Settings, analyse};
 use crate::error::Error;
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
+use crate::provenance::Provenance;
 
 /// Norms, as the option has them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -40,20 +42,8 @@ pub struct Arguments {
     /// FMU to simulate instead of reading a series; "own" is this repository's StickSlipBeam, packed on the spot
     #[arg(long, value_name = "FILE")]
     fmu: Option<PathBuf>,
-    /// Belt velocity in m/s, any sign; with --fmu
-    #[arg(
-        long,
-        value_name = "M/S",
-        default_value_t = 0.1,
-        allow_negative_numbers = true
-    )]
-    belt_velocity: f64,
-    /// Normal force in N; with --fmu
-    #[arg(long, value_name = "N", default_value_t = 100.0)]
-    normal_force: f64,
-    /// Start value of any variable of the FMU, in the variable's unit, or @FILE with one per line; may be repeated; with --fmu
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    settings: Vec<String>,
+    #[command(flatten)]
+    at: OperatingOptions,
     /// Output of the FMU to analyse
     #[arg(long, value_name = "NAME", default_value = "tip_displacement")]
     variable: String,
@@ -130,19 +120,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     watch.finish();
     make_folder(&arguments.output)?;
     let into = |name: &str| arguments.output.join(name);
-    let json = files::json(&series, &analysis);
+    let file = arguments.series.as_deref().or(arguments.fmu.as_deref());
+    let read = file.filter(|file| *file != Path::new("own"));
+    let provenance = Provenance::of(&read.into_iter().collect::<Vec<_>>())?;
+    let json = files::json(&series, &analysis, &provenance);
     write_file(&into("dimension.json"), json.as_bytes())?;
     write_file(
         &into("correlation_sum.csv"),
         files::sums(&analysis).as_bytes(),
     )?;
     let report = into("dimension.html");
-    write_file(&report, page::html(&series, &analysis).as_bytes())?;
+    write_file(
+        &report,
+        page::html(&series, &analysis, &provenance).as_bytes(),
+    )?;
     if arguments.json {
-        println!("{json}");
+        print_line(json)
     } else {
-        print!("{}", terminal::summary(&series, &analysis));
-        println!("Report: {}", report.display());
+        print(&terminal::summary(&series, &analysis))?;
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }

@@ -3,10 +3,11 @@
 use super::series::Series;
 use super::{pictures, terminal};
 use crate::dimension::{Analysis, Verdict};
+use crate::provenance::Provenance;
 use crate::report::{Cell, Colour, Figure, Page, Table, number};
 
 /// The finished document.
-pub fn html(series: &Series, a: &Analysis) -> String {
+pub fn html(series: &Series, a: &Analysis, provenance: &Provenance) -> String {
     let table = terminal::rows(series, a).into_iter().fold(
         Table::new(&["quantity", "value"]),
         |table, (name, value)| table.row(vec![Cell::Text(name), Cell::Number(value)]),
@@ -22,15 +23,13 @@ pub fn html(series: &Series, a: &Analysis) -> String {
     };
     let mut page = Page::new("Correlation dimension", &format!("{}.", series.name))
         .banner(colour, &headline, a.verdict.meaning(), &[])
+        .figure(&pictures::slopes(series, a))
         .table(&table)
         .list(&a.remarks)
         .section("Embedding and correlation sum")
         .figures(&[&pictures::embedding(series, a), &pictures::sums(series, a)])
         .section("Is there a dimension?")
-        .figures(&[
-            &pictures::slopes(series, a),
-            &pictures::surrogates(series, a),
-        ]);
+        .figures(&[&pictures::surrogates(series, a)]);
     if a.region.is_some() {
         page = page
             .figures(&[&pictures::over_dimensions(a)])
@@ -51,6 +50,7 @@ pub fn html(series: &Series, a: &Analysis) -> String {
     );
     page.section("What so many samples can tell")
         .paragraph(&bound)
+        .foot(&provenance.lines())
         .html()
 }
 

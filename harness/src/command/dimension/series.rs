@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::Arguments;
 use crate::command::operating_point::{OperatingPoint, record};
-use crate::command::simulate::start_values;
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::measurement::read_column;
 
 /// A series at even times.
@@ -22,9 +22,19 @@ pub struct Series {
     pub values: Vec<f64>,
 }
 
+/// Steps that may be simulated.
+const MOST_STEPS: f64 = 1e8;
+/// Time that may be simulated, s.
+const MOST_TIME: f64 = 1e6;
+
 /// The series that the options ask for.
 pub fn get(arguments: &Arguments) -> Result<Series, Error> {
     let mut series = match (&arguments.series, &arguments.fmu) {
+        (Some(_), _) if arguments.at.is_given() => {
+            return Err(Error::Usage {
+                problem: "--belt-velocity, --normal-force and --set go with --fmu, a series has its operating point in it".into(),
+            });
+        }
         (Some(path), _) => read(path, arguments.column.as_deref())?,
         (None, fmu) => simulate(fmu.as_deref(), arguments)?,
     };
@@ -36,7 +46,7 @@ pub fn get(arguments: &Arguments) -> Result<Series, Error> {
 }
 
 fn read(path: &Path, column: Option<&str>) -> Result<Series, Error> {
-    let table = read_column(path, column)?;
+    let table = read_column(path, column).map_err(|error| explain(error, path, Wanted::Table))?;
     // Names end in their unit, as in tip_displacement_m.
     let unit = ["m", "mm", "um", "v", "n"]
         .into_iter()
@@ -63,18 +73,38 @@ fn simulate(path: Option<&Path>, arguments: &Arguments) -> Result<Series, Error>
             "s is not possible; give a time greater than zero",
         ));
     }
-    if !(0.0..=1e6).contains(&arguments.settle) {
+    if !(0.0..=MOST_TIME).contains(&arguments.settle) {
         return Err(refuse(
             "--settle",
             arguments.settle,
             "s is not possible; give 0 to 1e6 s",
         ));
     }
+    let steps = arguments.settle / arguments.step + arguments.samples as f64;
+    if steps > MOST_STEPS {
+        return Err(Error::Option {
+            option: "--samples",
+            value: arguments.samples.to_string(),
+            rule: format!(
+                "and --settle {} s make {steps:.0} steps of {} s; at most {MOST_STEPS:.0e} are possible",
+                arguments.settle, arguments.step
+            ),
+        });
+    }
+    if steps * arguments.step > MOST_TIME {
+        return Err(refuse(
+            "--step",
+            arguments.step,
+            &format!("s is not possible; settling and samples may take {MOST_TIME:.0e} s together"),
+        ));
+    }
+    let said = arguments.at.read()?;
     let fmu = crate::command::open_fmu(path.filter(|p| *p != Path::new("own")))?;
+    let (belt_velocity, normal_force) = said.load();
     let point = OperatingPoint {
-        belt_velocity: arguments.belt_velocity,
-        normal_force: arguments.normal_force,
-        settings: start_values(&arguments.settings)?,
+        belt_velocity,
+        normal_force,
+        settings: said.settings,
     };
     let before = (arguments.settle / arguments.step).round() as usize;
     let mut instance = fmu.instantiate("dimension")?;
@@ -86,10 +116,8 @@ fn simulate(path: Option<&Path>, arguments: &Arguments) -> Result<Series, Error>
     let unit = fmu.variable(&arguments.variable)?.unit.clone();
     Ok(Series {
         name: format!(
-            "{} at {} N, {} m/s",
+            "{} at {normal_force} N, {belt_velocity} m/s",
             fmu.description().model_name,
-            arguments.normal_force,
-            arguments.belt_velocity
         ),
         quantity: arguments.variable.replace('_', " "),
         unit: unit.unwrap_or_default(),
@@ -99,7 +127,7 @@ fn simulate(path: Option<&Path>, arguments: &Arguments) -> Result<Series, Error>
 }
 
 /// White Gaussian noise, `decibel` below the standard deviation.
-fn add_noise(values: &mut [f64], decibel: f64, seed: u64) {
+pub fn add_noise(values: &mut [f64], decibel: f64, seed: u64) {
     let there: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let n = there.len().max(1) as f64;
     let mean = there.iter().sum::<f64>() / n;

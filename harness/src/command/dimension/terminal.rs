@@ -44,6 +44,24 @@ pub fn rows(series: &Series, a: &Analysis) -> Vec<(String, String)> {
             ),
         );
     }
+    if let (Some(r), Some(c)) = (&a.region, a.convergence) {
+        row(
+            "change over m",
+            format!(
+                "{:+.3} ± {:.3} from m = {} to {}, {}",
+                c.change,
+                c.std,
+                r.dimensions.0,
+                r.dimensions.1,
+                if c.is_plateau() {
+                    "a plateau"
+                } else {
+                    "no plateau"
+                }
+            ),
+        );
+    }
+    row("returns", a.returns.to_string());
     if let Some(takens) = a.takens {
         row("Takens' estimate", number(takens, 3));
     }

@@ -3,13 +3,15 @@
 use super::characteristic::{self, Point};
 use super::{Arguments, Method};
 use crate::measurement::{FaultKind, Run};
+use crate::metric::{StickVelocity, plateau, quantile, stick_velocity};
 use crate::observer::{
     BeltVelocity, Bin, Contact, CurveSettings, DwellResult, Estimate, FrictionCurve, LawFit,
     LawPoints, NormalForce, ObserverError, Phase, PhaseMode, PoleRule, SegmentSettings, Settings,
-    StickSlipSettings, Structure, TimeForm, UniformRecord, Whiteness, break_away, drift,
+    Smoothed, StickSlipSettings, Structure, TimeForm, UniformRecord, Whiteness, break_away, drift,
     estimate_frequencies, fit_laws, friction_characteristic, friction_curve, observe as place,
     offset_from_symmetry, segments, smooth, smooth_stick_slip,
 };
+use crate::report::number;
 
 /// Results for one run; columns have one entry per sample.
 #[derive(Debug)]
@@ -63,6 +65,8 @@ pub struct Observation {
     /// Pole-placed observers beside it: pole speed in Hz, and RMS difference of their force, causal and with the delay
     /// taken out, over the spread of the force.
     pub pole_speeds: Vec<(f64, f64, f64)>,
+    /// The belt's velocity as the stick phases have it.
+    pub belt_in_stick: Option<StickVelocity>,
     /// What the reader must know.
     pub remarks: Vec<String>,
 }
@@ -212,6 +216,7 @@ pub fn observe(
         drift: drift(y, interval),
         offset: None,
         pole_speeds: Vec::new(),
+        belt_in_stick: belt_in_stick(&record, &plain, run.belt_velocity),
         remarks,
         force: plain.force.clone(),
         force_std: plain.force_std.clone(),
@@ -281,6 +286,13 @@ pub fn observe(
     out.pole_speeds = pole_speeds(&out, interval);
     judge(&mut out, &record);
     Ok(out)
+}
+
+/// The belt's velocity from the stick phases, which are found without trusting the stated one.
+fn belt_in_stick(record: &UniformRecord, plain: &Smoothed, stated: f64) -> Option<StickVelocity> {
+    let velocity_std = quantile(&plain.velocity_std, 0.5);
+    let sticks = plateau(&plain.velocity, velocity_std, stated)?;
+    stick_velocity(&record.time(), &record.displacement, &sticks)
 }
 
 /// Characteristic, curve, break-away and laws; what the record does not give becomes a remark.
@@ -382,8 +394,30 @@ fn difference(force: &[f64], reference: &[f64]) -> f64 {
     (off / spread).sqrt()
 }
 
+/// What to say of a stated belt velocity that the stick phases contradict; first of the remarks, since all else rests on it.
+fn contradiction(stated: f64, found: &StickVelocity) -> String {
+    let percent = 100.0 * found.stated_is_off_by(stated);
+    format!(
+        "The stated belt velocity of {stated} m/s is {:.2} % too {}: in stick the tip moves with the belt, and in {} stick phases it moves at \
+         {:.6} ± {} m/s (95 %). The stated one was used; repeat with the other (--belt-velocity, or belt_velocity_m_per_s of the run), \
+         unless the sensor's scale is what is off.",
+        percent.abs(),
+        if percent > 0.0 { "high" } else { "low" },
+        found.phases,
+        found.velocity,
+        number(1.96 * found.std, 2),
+    )
+}
+
 /// Remarks on trust.
 fn judge(out: &mut Observation, record: &UniformRecord) {
+    if let Some(found) = out
+        .belt_in_stick
+        .filter(|f| f.contradicts(out.belt_velocity))
+    {
+        out.remarks
+            .insert(0, contradiction(out.belt_velocity, &found));
+    }
     if !out.whiteness.acceptable() {
         out.remarks.push(format!(
             "The innovation is not white (autocorrelation {:.2}, strongest at {:.0} Hz): a mode near there is missing, a natural frequency \

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::Observation;
 use crate::observer::{FrictionLaw, LawFit};
+use crate::provenance::Provenance;
 
 /// One line per sample; empty where a value is not known.
 pub fn force(o: &Observation) -> String {
@@ -57,7 +58,7 @@ pub fn table(o: &Observation) -> Option<String> {
 }
 
 /// The results without the columns.
-pub fn json(o: &Observation) -> String {
+pub fn json(o: &Observation, provenance: &Provenance) -> String {
     let estimate = |e: Option<crate::observer::Estimate>| {
         e.map_or(Value::Null, |e| json!({ "value": e.value, "std": e.std }))
     };
@@ -95,9 +96,13 @@ pub fn json(o: &Observation) -> String {
         "pole_speeds": o.pole_speeds.iter().map(|(f, causal, shifted)| json!({
             "pole_frequency_hz": f, "force_difference": causal, "force_difference_without_delay": shifted,
         })).collect::<Vec<_>>(),
+        "belt_velocity_in_stick": o.belt_in_stick.map(|b| json!({
+            "value_m_per_s": b.velocity, "std_m_per_s": b.std, "phases": b.phases, "samples": b.samples,
+            "stated_off_percent": 100.0 * b.stated_is_off_by(o.belt_velocity), "contradicts_stated": b.contradicts(o.belt_velocity),
+        })),
         "remarks": o.remarks,
     });
-    serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form")
+    provenance.json(&value)
 }
 
 fn law(fit: &LawFit) -> Value {

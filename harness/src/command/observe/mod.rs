@@ -9,14 +9,16 @@ mod terminal;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 
 pub use analysis::Observation;
 
+use crate::command::operating_options::{OperatingOptions, Said};
 use crate::error::Error;
 use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
 use crate::observer::{PoleRule, Structure};
-use crate::output::{make_folder, write_file};
+use crate::output::{make_folder, print, print_line, write_file};
+use crate::provenance::Provenance;
 
 /// Ways to estimate the force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -42,33 +44,30 @@ impl Method {
 
 /// Options of `observe`.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("knowledge").required(true))]
 pub struct Arguments {
     /// CSV file with time and tip displacement
     #[arg(value_name = "RUN.csv")]
     run: PathBuf,
     /// Campaign that lists this run: gives beam, belt velocity, normal force and columns
-    #[arg(long, value_name = "DIR", conflicts_with = "beam")]
+    #[arg(long, value_name = "DIR", group = "knowledge")]
     campaign: Option<PathBuf>,
-    /// TOML file with [beam] (as in campaign.toml) for a run outside a campaign
-    #[arg(long, value_name = "FILE", required_unless_present = "campaign", requires_all = ["belt_velocity", "normal_force"])]
+    /// TOML file with [beam] (as in campaign.toml) for a run outside a campaign; with --belt-velocity and --normal-force
+    #[arg(long, value_name = "FILE", group = "knowledge")]
     beam: Option<PathBuf>,
-    /// Belt velocity in m/s, any sign; with --beam
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
-    belt_velocity: Option<f64>,
-    /// Normal force in N; with --beam
-    #[arg(long, value_name = "N")]
-    normal_force: Option<f64>,
+    #[command(flatten)]
+    at: OperatingOptions,
     /// Name of the time column; with --beam [default: time_s]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "beam")]
     time_column: Option<String>,
     /// Name of the displacement column; with --beam [default: tip_displacement_m]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "beam")]
     displacement_column: Option<String>,
     /// How the force is estimated
     #[arg(long, value_enum, default_value = "stick-slip")]
     method: Method,
     /// Speed of the observer's poles in Hz, for --method pole [default: from the data]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ")]
     pole_frequency: Option<f64>,
     /// The observer's poles one by one in 1/s, for --method pole: 2 per mode and 1, as "-900 -400+700i -400-700i ..."
     #[arg(
@@ -82,12 +81,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SHARE")]
     estimate_frequencies: Option<f64>,
     /// Sensor offset to subtract, in m
-    #[arg(
-        long,
-        value_name = "M",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
     offset: f64,
     /// Folder for force.csv, friction.csv, friction_table.set and observer.html
     #[arg(short, long, value_name = "DIR", default_value = "observer")]
@@ -99,8 +93,10 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let campaign = load(arguments)?;
+    let said = arguments.at.read()?;
+    let campaign = load(arguments, &said)?;
     let run = find(&campaign, arguments)?;
+    agree(run, &said)?;
     make_folder(&arguments.output)?;
     let mut remarks = Vec::new();
     let source = arguments.campaign.as_ref().or(arguments.beam.as_ref());
@@ -114,6 +110,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
                 source,
             }
         })?;
+    let toml = match (&arguments.campaign, &arguments.beam) {
+        (Some(campaign), _) if campaign.is_dir() => campaign.join("campaign.toml"),
+        (campaign, beam) => campaign
+            .as_ref()
+            .or(beam.as_ref())
+            .cloned()
+            .unwrap_or_default(),
+    };
+    let provenance = Provenance::of(&[&run.file, &toml])?;
     let into = |name: &str| arguments.output.join(name);
     write_file(&into("force.csv"), files::force(&observation).as_bytes())?;
     write_file(
@@ -124,34 +129,66 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         write_file(&into("friction_table.set"), table.as_bytes())?;
     }
     let report = into("observer.html");
-    write_file(&report, page::html(&observation).as_bytes())?;
+    write_file(&report, page::html(&observation, &provenance).as_bytes())?;
     if arguments.json {
-        println!("{}", files::json(&observation));
+        print_line(files::json(&observation, &provenance))
     } else {
-        print!("{}", terminal::summary(&observation));
-        println!("Report: {}", report.display());
+        print(&terminal::summary(&observation))?;
+        print_line(format_args!("Report: {}", report.display()))
     }
-    Ok(())
 }
 
-fn load(arguments: &Arguments) -> Result<Campaign, Error> {
-    match (
-        &arguments.beam,
-        arguments.belt_velocity,
-        arguments.normal_force,
-    ) {
-        (Some(beam), Some(belt_velocity), Some(normal_force)) => {
-            let single = SingleRun {
-                file: arguments.run.clone(),
-                belt_velocity,
-                normal_force,
-                time_column: arguments.time_column.clone(),
-                displacement_column: arguments.displacement_column.clone(),
-            };
-            Campaign::of_single_run(&single, beam)
-        }
-        _ => Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new("."))),
+/// What is known of the run: from `--campaign`, or from `--beam` with belt velocity and normal force.
+fn load(arguments: &Arguments, said: &Said) -> Result<Campaign, Error> {
+    if let Some((name, value)) = said.settings.first() {
+        return Err(Error::Option {
+            option: "--set",
+            value: format!("{name}={value}"),
+            rule: "can't be set here: observe takes belt_velocity and normal_force, and the beam from --campaign or --beam".into(),
+        });
     }
+    let Some(beam) = &arguments.beam else {
+        return Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new(".")));
+    };
+    let missing = |option: &'static str| Error::Usage {
+        problem: format!("{option} is missing: --beam says nothing of the operating point"),
+    };
+    let single = SingleRun {
+        file: arguments.run.clone(),
+        belt_velocity: said
+            .belt_velocity
+            .ok_or_else(|| missing("--belt-velocity"))?,
+        normal_force: said.normal_force.ok_or_else(|| missing("--normal-force"))?,
+        time_column: arguments.time_column.clone(),
+        displacement_column: arguments.displacement_column.clone(),
+    };
+    Campaign::of_single_run(&single, beam)
+}
+
+/// Refuses an operating point on the command line that is not the one the campaign gives for the run.
+fn agree(run: &Run, said: &Said) -> Result<(), Error> {
+    let pairs = [
+        (
+            "--belt-velocity",
+            said.belt_velocity,
+            run.belt_velocity,
+            "m/s",
+        ),
+        ("--normal-force", said.normal_force, run.normal_force, "N"),
+    ];
+    for (option, said, given, unit) in pairs {
+        if let Some(said) = said.filter(|said| *said != given) {
+            return Err(Error::Option {
+                option,
+                value: said.to_string(),
+                rule: format!(
+                    "{unit} contradicts the campaign, which gives {given} {unit} for {}; leave it out, or mend campaign.toml",
+                    run.name
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The rule for the poles that the options say.

@@ -2,10 +2,11 @@
 
 use super::{Observation, pictures};
 use crate::observer::{FittedParameter, LawFit};
-use crate::report::{Cell, Page, Table, number, with_unit};
+use crate::provenance::Provenance;
+use crate::report::{Cell, Colour, Page, Table, number, with_unit};
 
 /// The finished document.
-pub fn html(o: &Observation) -> String {
+pub fn html(o: &Observation, provenance: &Provenance) -> String {
     let lead = format!(
         "Run {} at {} m/s and {}: {}.",
         o.name,
@@ -14,7 +15,10 @@ pub fn html(o: &Observation) -> String {
         o.method.name()
     );
     let window = pictures::window(o);
+    let (colour, headline, text) = verdict(o);
     let mut page = Page::new("Friction force from the measured displacement", &lead)
+        .banner(colour, &headline, &text, &[])
+        .figure(&pictures::characteristic(o))
         .paragraph(
             "The beam is known: its natural frequencies, damping and mass. The friction force on its tip is not, so it is estimated \
              together with the motion from the measured displacement (Stelter 1992, section 5, and Kalman smoothers).",
@@ -28,7 +32,7 @@ pub fn html(o: &Observation) -> String {
             &pictures::velocity(o, &window),
         ])
         .section("Friction characteristic")
-        .figures(&[&pictures::characteristic(o), &pictures::hysteresis(o)]);
+        .figures(&[&pictures::hysteresis(o)]);
     if !o.laws.is_empty() {
         page = page
             .paragraph(
@@ -50,7 +54,49 @@ pub fn html(o: &Observation) -> String {
              It knows only the past, so it is late; the last column has the delay taken out.",
         )
         .table(&poles(o))
+        .foot(&provenance.lines())
         .html()
+}
+
+/// What was found, and whether it can be trusted.
+fn verdict(o: &Observation) -> (Colour, String, String) {
+    let contradicted = o
+        .belt_in_stick
+        .filter(|belt| belt.contradicts(o.belt_velocity));
+    let friction = match (&o.dwell, o.best_law()) {
+        (Some(dwell), Some(best)) => format!(
+            "Static coefficient {} ± {}; in slip the {} law fits best.",
+            number(dwell.mu_mean, 3),
+            number(dwell.mu_std, 2),
+            best.law.name()
+        ),
+        (Some(dwell), None) => format!(
+            "Static coefficient {} ± {}.",
+            number(dwell.mu_mean, 3),
+            number(dwell.mu_std, 2)
+        ),
+        _ => "The record shows no whole stick phase; the force stands below.".to_owned(),
+    };
+    match contradicted {
+        Some(belt) => (
+            Colour::Red,
+            format!(
+                "The stated belt velocity is off by {:.2} %.",
+                100.0 * belt.stated_is_off_by(o.belt_velocity).abs()
+            ),
+            "The force below rests on the stated one; see the first remark.".to_owned(),
+        ),
+        None if !o.whiteness.acceptable() => (
+            Colour::Orange,
+            friction,
+            "The beam's data do not explain the record; treat the force with caution.".to_owned(),
+        ),
+        None => (
+            Colour::Green,
+            friction,
+            "The beam's data explain the record down to white noise.".to_owned(),
+        ),
+    }
 }
 
 fn summary(o: &Observation) -> Table {
@@ -65,6 +111,19 @@ fn summary(o: &Observation) -> Table {
         .collect();
     let mut table = Table::new(&["quantity", "value"]);
     table = row(table, "natural frequencies", frequencies.join(", "));
+    if let Some(belt) = &o.belt_in_stick {
+        let text = format!(
+            "{:.6} ± {} m/s (95 %)",
+            belt.velocity,
+            number(1.96 * belt.std, 2)
+        );
+        table = row(
+            table,
+            "belt velocity, stated",
+            format!("{} m/s", o.belt_velocity),
+        );
+        table = row(table, "belt velocity, from the stick phases", text);
+    }
     table = row(table, "sensor noise", with_unit(o.noise_std, "m"));
     table = row(
         table,

@@ -29,6 +29,14 @@ pub fn summary(o: &Observation) -> String {
             with_unit(o.time[o.time.len() - 1] - o.time[0], "s")
         ),
     );
+    if let Some(belt) = &o.belt_in_stick {
+        let value = format!(
+            "{:.6} ± {} m/s (95 %)",
+            belt.velocity,
+            number(1.96 * belt.std, 2)
+        );
+        line("belt velocity in stick", value);
+    }
     line("sensor noise", with_unit(o.noise_std, "m"));
     line(
         "in stick",

@@ -22,7 +22,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use self::platforms::Binaries;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::output::write_file;
+use crate::output::{print_line, write_file};
 
 /// Name of the file.
 pub const FILE_NAME: &str = "StickSlipBeam.fmu";
@@ -48,9 +48,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         None => Binaries::of_this_build()?,
     };
     pack_binaries(&arguments.output, &arguments.effects, &binaries)?;
-    println!("Packed {}", arguments.output.display());
+    print_line(format_args!("Packed {}", arguments.output.display()))?;
     for line in binaries.needs()? {
-        println!("    {line}");
+        print_line(format_args!("    {line}"))?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard, UserEffectError};
 
 use super::contents::Entry;
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::fmu::Fmu;
 
 /// The variables of an FMU with the effects in these files.
@@ -16,13 +17,16 @@ pub fn layout(paths: &[PathBuf]) -> Result<&'static Layout, Error> {
     let mut cards: Vec<UserCard> = Vec::new();
     let mut layout = Layout::plain();
     for path in paths {
-        let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
         let at = |error: UserEffectError| Error::EffectFile {
             path: path.clone(),
             line: error.line(),
             problem: error.to_string(),
         };
-        cards.push(UserCard::parse(&text).map_err(at)?);
+        let read = || {
+            let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+            UserCard::parse(&text).map_err(at)
+        };
+        cards.push(read().map_err(|error| explain(error, path, Wanted::Effect))?);
         // One after another, so that the file that does not go with those before it is named.
         layout = Layout::with(cards.clone()).map_err(at)?;
     }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::contents::Entry;
 use super::{elf, find_library};
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::fmu::PLATFORM;
 
 /// A platform: its name in FMI 2.0.5 (section 2.3), the library there, and how files for it begin.
@@ -67,7 +68,9 @@ impl Binaries {
     /// # Errors
     /// A folder that can't be read, a file that is not for its platform, none for this one.
     pub fn of_folder(folder: &Path) -> Result<Self, Error> {
-        std::fs::read_dir(folder).map_err(Error::read(folder))?;
+        std::fs::read_dir(folder)
+            .map_err(Error::read(folder))
+            .map_err(|error| explain(error, folder, Wanted::Binaries))?;
         let mut found = Vec::new();
         for platform in &PLATFORMS {
             let path = folder.join(platform.name).join(platform.library);

@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 use super::Study;
 use super::plan::{Plan, Row};
 use super::terminal::{Group, coexisting};
+use crate::provenance::Provenance;
 
 /// The table and the coexisting motions.
-pub fn results(study: &Study) -> String {
+pub fn results(study: &Study, provenance: &Provenance) -> String {
     let rows: Vec<Value> = study
         .rows
         .iter()
@@ -39,7 +40,7 @@ pub fn results(study: &Study) -> String {
         })
         .collect();
     let all = json!({ "plan": study.plan.identity(), "rows": rows, "coexisting": groups });
-    serde_json::to_string_pretty(&all).expect("plain values")
+    provenance.json(&all)
 }
 
 fn at(plan: &Plan, values: &[f64]) -> Value {

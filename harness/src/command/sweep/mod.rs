@@ -15,11 +15,12 @@ use std::path::{Path, PathBuf};
 use beam_physics::sweep::{Chain, Rule, Section};
 use clap::{Args, ValueEnum};
 
+use super::operating_options::start_values;
 use super::progress::Progress;
-use super::simulate::start_values;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::output::write_file;
+use crate::output::{print, print_line, write_file};
+use crate::provenance::Provenance;
 use crate::report::svg_file;
 use crate::watch::Watch;
 use orbits::Branches;
@@ -44,52 +45,32 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME")]
     parameter: String,
     /// Its lowest value, in the variable's unit
-    #[arg(
-        long,
-        value_name = "VALUE",
-        allow_negative_numbers = true,
-        required_unless_present = "values"
-    )]
+    #[arg(long, value_name = "VALUE", required_unless_present = "values")]
     from: Option<f64>,
     /// Its highest value
-    #[arg(
-        long,
-        value_name = "VALUE",
-        allow_negative_numbers = true,
-        required_unless_present = "values"
-    )]
+    #[arg(long, value_name = "VALUE", required_unless_present = "values")]
     to: Option<f64>,
     /// Number of values, ends included
     #[arg(long, value_name = "N", required_unless_present = "values")]
     points: Option<usize>,
     /// Its values instead of a range, separated by commas
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true,
+    #[arg(long, value_name = "LIST", value_delimiter = ',',
         conflicts_with_all = ["from", "to", "points"])]
     values: Option<Vec<f64>>,
     /// Second parameter, for a map
     #[arg(long, value_name = "NAME")]
     second_parameter: Option<String>,
     /// Its lowest value
-    #[arg(
-        long,
-        value_name = "VALUE",
-        allow_negative_numbers = true,
-        requires = "second_parameter"
-    )]
+    #[arg(long, value_name = "VALUE", requires = "second_parameter")]
     second_from: Option<f64>,
     /// Its highest value
-    #[arg(
-        long,
-        value_name = "VALUE",
-        allow_negative_numbers = true,
-        requires = "second_parameter"
-    )]
+    #[arg(long, value_name = "VALUE", requires = "second_parameter")]
     second_to: Option<f64>,
     /// Number of its values
     #[arg(long, value_name = "N", requires = "second_parameter")]
     second_points: Option<usize>,
     /// Its values instead of a range, separated by commas
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true,
+    #[arg(long, value_name = "LIST", value_delimiter = ',',
         requires = "second_parameter", conflicts_with_all = ["second_from", "second_to", "second_points"])]
     second_values: Option<Vec<f64>>,
     /// Value of any other variable, in its unit, or @FILE with one per line; may be repeated
@@ -138,6 +119,14 @@ pub struct Arguments {
     output: PathBuf,
 }
 
+/// Peaks that a point may be followed for: some hours of motion, days of computing.
+const MOST_PEAKS: usize = 1_000_000;
+/// Periods of the stroboscopic section, s: no vibration of a beam is faster, no study lasts longer.
+const SHORTEST_PERIOD: f64 = 1e-6;
+const LONGEST_PERIOD: f64 = 1e4;
+/// Threads that may be started.
+const MOST_THREADS: usize = 1024;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -149,8 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let rows = plan.rows();
     if arguments.plan {
         Store::open(&arguments.output, &plan, &rows)?;
-        println!("{}", json::tasks(&plan, &rows, &arguments.output));
-        return Ok(());
+        return print_line(json::tasks(&plan, &rows, &arguments.output));
     }
     let threads = threads(arguments.threads)?;
     let into = |name: &str| arguments.output.join(name);
@@ -176,14 +164,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = Study::new(&plan, &rows, store.done, section, branches);
     let picture = pictures::main(&study);
     write_file(&into("sweep.svg"), svg_file(picture.as_ref()).as_bytes())?;
-    write_file(&into("sweep.html"), page::html(&study).as_bytes())?;
+    let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();
+    let provenance = Provenance::of(&files)?;
+    let html = page::html(&study, &provenance);
+    write_file(&into("sweep.html"), html.as_bytes())?;
     if arguments.json {
-        println!("{}", json::results(&study));
+        print_line(json::results(&study, &provenance))
     } else {
-        print!("{}", terminal::summary(&study));
-        println!("Report: {}", into("sweep.html").display());
+        print(&terminal::summary(&study))?;
+        print_line(format_args!("Report: {}", into("sweep.html").display()))
     }
-    Ok(())
 }
 
 /// A finished study.
@@ -225,12 +215,12 @@ impl<'a> Study<'a> {
 /// One thread per core, unless the user says how many.
 pub fn threads(asked: Option<usize>) -> Result<usize, Error> {
     match asked {
-        Some(0) => Err(Error::Option {
+        Some(n) if (1..=MOST_THREADS).contains(&n) => Ok(n),
+        Some(n) => Err(Error::Option {
             option: "--threads",
-            value: "0".into(),
-            rule: "would compute nothing; give 1 or more".into(),
+            value: n.to_string(),
+            rule: format!("is not possible; give 1 to {MOST_THREADS}"),
         }),
-        Some(n) => Ok(n),
         None => Ok(std::thread::available_parallelism().map_or(1, usize::from)),
     }
 }
@@ -334,15 +324,22 @@ fn plan_of(arguments: &Arguments, fmu: &Fmu) -> Result<Plan, Error> {
         }
         plan::set_checked(&mut base, fmu, name, *value)?;
     }
-    let at_least = |option: &'static str, value: usize, least: usize| {
-        (value >= least).then_some(()).ok_or_else(|| Error::Option {
+    let counts = |option: &'static str, value: usize, least: usize| {
+        let rule = if value < least {
+            format!("is too few to tell a motion; give {least} or more")
+        } else if value > MOST_PEAKS {
+            format!("is too many to be computed; give {MOST_PEAKS} or less")
+        } else {
+            return Ok(());
+        };
+        Err(Error::Option {
             option,
             value: value.to_string(),
-            rule: format!("is too few to tell a motion; give {least} or more"),
+            rule,
         })
     };
-    at_least("--settle", arguments.settle, 4)?;
-    at_least("--cycles", arguments.cycles, 10)?;
+    counts("--settle", arguments.settle, 4)?;
+    counts("--cycles", arguments.cycles, 10)?;
     let mut starts = arguments.start.clone();
     let mut seen = Vec::new();
     starts.retain(|s| {
@@ -372,11 +369,13 @@ fn section(arguments: &Arguments) -> Result<Section, Error> {
         SectionOption::Release => Section::Release,
         SectionOption::Strobe => {
             let period = arguments.strobe_period.unwrap_or_default();
-            if !(period > 0.0 && period.is_finite()) {
+            if !(SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&period) {
                 return Err(Error::Option {
                     option: "--strobe-period",
                     value: period.to_string(),
-                    rule: "s is no period; give a time greater than zero".into(),
+                    rule: format!(
+                        "s is no period that can be followed; give {SHORTEST_PERIOD:e} s to {LONGEST_PERIOD:e} s"
+                    ),
                 });
             }
             Section::Stroboscopic { period }

@@ -4,13 +4,14 @@ use super::Study;
 use super::orbits;
 use super::pictures;
 use super::terminal::{coexisting, exponent, kinds, name};
-use crate::report::{Cell, Figure, Page, Table, number, with_unit};
+use crate::provenance::Provenance;
+use crate::report::{Cell, Colour, Figure, Page, Table, number, with_unit};
 
 /// Rows of a table on the page; sweep.csv has all.
 const ROWS: usize = 400;
 
 /// The finished document.
-pub fn html(study: &Study) -> String {
+pub fn html(study: &Study, provenance: &Provenance) -> String {
     let plan = study.plan;
     let parameters: Vec<String> = plan
         .axes
@@ -32,7 +33,13 @@ pub fn html(study: &Study) -> String {
         },
         study.rows.len()
     );
-    let mut page = Page::new("Parameter study", &lead).figure(pictures::main(study).as_ref());
+    let counted = kinds(study)
+        .into_iter()
+        .map(|(kind, count)| format!("{kind}: {count}"));
+    let counted = counted.collect::<Vec<_>>().join(", ");
+    let mut page = Page::new("Parameter study", &lead)
+        .banner(Colour::Blue, &format!("{counted}."), "", &[])
+        .figure(pictures::main(study).as_ref());
     if plan.axes.len() == 2 {
         for kind in &plan.starts[1..] {
             page = page.figure(&pictures::map(study, *kind));
@@ -50,7 +57,7 @@ pub fn html(study: &Study) -> String {
             "Largest Lyapunov exponent, the trivial one left out: below zero nearby motions come together, above zero they part.",
             |r| r.lyapunov,
         )
-        .level("", crate::report::Colour::Grey, 0.0);
+        .level("", Colour::Grey, 0.0);
         let frequency = pictures::quantity(
             study,
             "main frequency",
@@ -93,7 +100,8 @@ pub fn html(study: &Study) -> String {
         .list(&[
             format!(
                 "Transients: the first {} peaks are discarded, the next {} measured; while a motion does not repeat although its exponent \
-                 is below zero, the next {} are measured instead, at most {} times (then: settling).",
+                 is not positive by more than two standard errors, the next {} are measured instead, at most {} times. If small differences to it have died out then \
+                 by e^2, it is settling; if it is shown neither to settle nor to be irregular, unresolved: quasi-periodic, or a long transient.",
                 rule.settle, rule.cycles, rule.cycles, rule.patience
             ),
             "Period: the least number of section points after which all modal states come back within 1e-5 of the amplitude, fifty times \
@@ -102,6 +110,7 @@ pub fn html(study: &Study) -> String {
              peak; a mere shift in time does not count. -inf: the distance vanishes, as stick makes it.".into(),
             "Section points are located on the integrator's polynomials.".into(),
         ])
+        .foot(&provenance.lines())
         .html()
 }
 

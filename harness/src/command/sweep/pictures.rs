@@ -211,16 +211,18 @@ pub fn map(study: &Study, kind: StartKind) -> Plot {
         ("period 1", _) => 0,
         (_, Some(2..=4)) if r.status == "ok" => 2,
         (_, Some(p)) if r.status == "ok" && p > 4 => 3,
-        ("irregular" | "settling", _) => 4,
-        ("no vibration", _) => 5,
-        _ => 6,
+        ("irregular", _) => 4,
+        ("settling" | "unresolved", _) => 5,
+        ("no vibration", _) => 6,
+        _ => 7,
     };
     let classes = [
         ("period one", Colour::Blue),
         ("period one, above the first natural frequency", Colour::Sky),
         ("period two to four", Colour::Green),
         ("longer periods", Colour::Purple),
-        ("irregular or still settling", Colour::Orange),
+        ("irregular", Colour::Orange),
+        ("unresolved or still settling", Colour::Ink),
         ("no vibration", Colour::Grey),
         ("failed or without section", Colour::Red),
     ];

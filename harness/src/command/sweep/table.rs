@@ -27,7 +27,7 @@ pub struct Result {
     pub stick_fraction: Option<f64>,
     /// Largest Lyapunov exponent, 1/s.
     pub lyapunov: Option<f64>,
-    /// `ok`, `settling`, `dies_out`, `rest`, `no_section` or `failed: ` and the reason.
+    /// `ok`, `settling`, `unresolved`, `dies_out`, `rest`, `no_section` or `failed: ` and the reason.
     pub status: String,
 }
 
@@ -64,7 +64,8 @@ impl Result {
 
     /// Whether the tip vibrates by itself.
     pub fn vibrates(&self) -> bool {
-        matches!(self.status.as_str(), "ok" | "settling" | "no_section")
+        let moving = ["ok", "settling", "unresolved", "no_section"];
+        moving.contains(&self.status.as_str())
     }
 
     /// The result's fields as they stand in the file.

@@ -26,13 +26,18 @@ pub struct Group {
     pub amplitude: Option<f64>,
 }
 
-/// `period 5`, `irregular`, `no vibration`, `settling`, `failed`.
+/// `period 5`, `irregular`, `unresolved`, `no vibration`, `settling`, `failed`.
+///
+/// Irregular is what does not repeat and parts from its neighbours: its exponent is positive beyond the standard error. What
+/// does not repeat and is not shown to do so is unresolved: quasi-periodic, or a long transient.
 pub fn name(r: &Result) -> String {
     match (r.status.as_str(), r.period) {
         ("rest" | "dies_out", _) => "no vibration".into(),
         ("settling", _) => "settling".into(),
         ("no_section", _) => "does not meet the section".into(),
-        ("ok", Some(0)) => "irregular".into(),
+        // Tables of earlier versions call all that does not repeat ok.
+        ("ok", Some(0)) if r.lyapunov.is_some_and(|l| l > 0.0) => "irregular".into(),
+        ("unresolved", _) | ("ok", Some(0)) => "unresolved".into(),
         ("ok", Some(p)) => format!("period {p}"),
         _ => "failed".into(),
     }

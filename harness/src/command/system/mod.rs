@@ -11,7 +11,7 @@ use crate::command::pack::{self, belt_drive};
 use crate::command::parameter_set::ssv;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::output::write_file;
+use crate::output::{print_line, write_file};
 
 /// Options of `system`.
 #[derive(Debug, Args)]
@@ -42,8 +42,7 @@ const DRIVE: [(&str, f64); 4] = [
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     write(&arguments.output)?;
-    println!("Wrote {}", arguments.output.display());
-    Ok(())
+    print_line(format_args!("Wrote {}", arguments.output.display()))
 }
 
 /// Writes the archive.

@@ -1,7 +1,10 @@
-//! `stickslip figures`: the paper's numerical figures from this model, beside what the paper says of them.
+//! `stickslip figures`: the paper's figures from this model, beside what the paper says of them.
 
+mod attractors;
 mod bifurcations;
+mod claim;
 mod cycles;
+mod identification;
 mod map;
 mod motions;
 mod page;
@@ -13,11 +16,15 @@ use std::path::{Path, PathBuf};
 use beam_physics::sweep::{Chain, Motion, Rule, StartRule, Task, Values};
 use clap::Args;
 
+use self::claim::Claim;
 use super::plan::{Axis, Plan, StartKind};
 use super::{Study, compute, threads};
+use crate::command::operating_point::{OperatingPoint, record};
 use crate::command::progress::Progress;
 use crate::error::Error;
-use crate::output::{make_folder, write_file};
+use crate::fmu::Fmu;
+use crate::output::{make_folder, print_line, write_file};
+use crate::provenance::Provenance;
 use crate::report::{Figure, svg_file};
 use crate::watch::Watch;
 
@@ -38,43 +45,6 @@ pub struct Arguments {
     output: PathBuf,
 }
 
-/// How what the model shows compares with what the paper says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The model shows it.
-    Agrees,
-    /// Some of it.
-    InPart,
-    /// The model shows something else.
-    Differs,
-    /// The paper's figure is a measurement that is not at hand.
-    Measured,
-}
-
-impl Verdict {
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Verdict::Agrees => "agrees",
-            Verdict::InPart => "agrees in part",
-            Verdict::Differs => "differs",
-            Verdict::Measured => {
-                "model alone: the paper's curve is a measurement that is not at hand"
-            }
-        }
-    }
-}
-
-/// A claim of the paper and what the model shows.
-pub struct Claim {
-    /// What the paper says.
-    pub paper: String,
-    /// What this model shows, with numbers.
-    pub model: String,
-    /// The comparison.
-    pub verdict: Verdict,
-}
-
 /// One figure.
 pub struct PaperFigure {
     /// Its number in the paper.
@@ -90,6 +60,7 @@ pub struct PaperFigure {
 /// What all figures are made with.
 pub struct Workshop<'a> {
     base: Values,
+    fmu: &'a Fmu,
     guid: String,
     folder: &'a Path,
     threads: usize,
@@ -203,6 +174,35 @@ impl Workshop<'_> {
         })
     }
 
+    /// Outputs of the FMU at an operating point: `count` samples every `interval` in s, after `settle` in s.
+    pub fn record(
+        &self,
+        (force, velocity): (f64, f64),
+        outputs: &[&str],
+        interval: f64,
+        settle: f64,
+        count: usize,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let point = OperatingPoint {
+            belt_velocity: velocity,
+            normal_force: force,
+            ..OperatingPoint::default()
+        };
+        let before = (settle / interval).round() as usize;
+        let mut instance = self.fmu.instantiate("figures")?;
+        point.start(self.fmu, &mut instance)?;
+        let steps = before + count - 1;
+        let all = record(self.fmu, &mut instance, outputs, interval, steps)?;
+        let after = all.values.into_iter().map(|mut v| v.split_off(before));
+        Ok(after.collect())
+    }
+
+    /// The motion from the fixed start.
+    pub fn fixed(&self, values: &Values) -> Option<Motion> {
+        let subject = values.subject().ok()?;
+        beam_physics::sweep::evaluate(&subject, &Rule::default(), &StartRule::Fixed, None).ok()
+    }
+
     /// Says what is in work.
     pub fn begin(&self, what: &str) {
         self.watch.step(what, 0, 1);
@@ -234,6 +234,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let progress = Progress::new(Progress::STEPS);
     let workshop = Workshop {
         base: super::plan::base(&fmu)?,
+        fmu: &fmu,
         guid: fmu.description().guid.clone(),
         folder: &arguments.output,
         threads: threads(arguments.threads)?,
@@ -249,30 +250,45 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             write_file(&path, svg_file(picture.as_ref()).as_bytes())?;
         }
     }
+    let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();
+    let provenance = Provenance::of(&files)?;
     let report = arguments.output.join("figures.html");
-    write_file(&report, page::html(&figures).as_bytes())?;
+    write_file(&report, page::html(&figures, &provenance).as_bytes())?;
     for figure in &figures {
         for claim in &figure.claims {
-            println!(
+            print_line(format_args!(
                 "Figure {:<3} {}: {}",
                 figure.number,
-                claim.verdict.words(),
-                claim.model
-            );
+                claim.verdict().words(),
+                claim.paper
+            ))?;
+            for f in &claim.findings {
+                print_line(format_args!(
+                    "           {} {}: {} ({})",
+                    if f.holds() { "+" } else { "-" },
+                    f.what,
+                    f.value_words(),
+                    f.bound_words()
+                ))?;
+            }
         }
     }
-    println!("Report: {}", report.display());
-    Ok(())
+    print_line(format_args!("Report: {}", report.display()))
 }
 
 fn all(workshop: &Workshop) -> Result<Vec<PaperFigure>, Error> {
     let mut all = vec![
+        static_figures::cantilever(workshop)?,
         static_figures::mode_shapes(workshop)?,
         cycles::figure(workshop)?,
         static_figures::friction(workshop)?,
     ];
     all.extend(bifurcations::figures(workshop)?);
+    let [set_up, diagram, characteristic] = identification::figures(workshop)?;
+    all.push(set_up);
     all.extend(motions::figures(workshop)?);
     all.push(map::figure(workshop)?);
+    all.extend([diagram, characteristic]);
+    all.extend(attractors::figures(workshop)?);
     Ok(all)
 }

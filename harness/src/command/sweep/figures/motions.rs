@@ -4,7 +4,10 @@ use std::fmt::Write as _;
 
 use beam_physics::sweep::{Motion, Sample, Spectrum, main_frequency, spectrum, trace};
 
-use super::{Claim, PaperFigure, Verdict, Workshop};
+use super::claim::{Bound, Claim, Finding};
+use super::{PaperFigure, Workshop};
+use crate::command::sweep::table::Result as Row;
+use crate::command::sweep::terminal::name;
 use crate::error::Error;
 use crate::report::{Axis, Colour, Figure, Plot, number};
 
@@ -168,9 +171,21 @@ fn list(cases: &[Case], what: impl Fn(&Case) -> String) -> String {
     all.join("; ")
 }
 
-fn rises(values: impl Iterator<Item = f64>) -> bool {
-    let all: Vec<f64> = values.collect();
-    all.len() > 1 && all.windows(2).all(|w| w[1] > w[0])
+/// The least change from one value to the next; NaN where there are no two.
+fn least_step(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|w| w[1] - w[0]);
+    steps.reduce(f64::min).unwrap_or(f64::NAN)
+}
+
+/// A claim that a number rises from one operating point to the next.
+fn rising(what: &str, values: &[f64], unit: &'static str) -> Finding {
+    Finding::new(
+        format!("least rise of {what} from one operating point to the next"),
+        least_step(values),
+        unit,
+        Bound::Above(0.0),
+        "what rises does so at every step",
+    )
 }
 
 fn pictures(
@@ -192,122 +207,253 @@ fn pictures(
 }
 
 fn phase_plots(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
-    let harmonic = rises(over_velocity.iter().map(|c| -c.distortion()));
-    let longer = rises(over_force.iter().map(|c| c.motion.stick_fraction));
-    let agreement = |yes: bool| {
-        if yes {
-            Verdict::Agrees
-        } else {
-            Verdict::Differs
-        }
-    };
     let mut shown = pictures("figure9", over_velocity, Case::phase);
     shown.extend(pictures("figure9", over_force, Case::phase));
+    let harmonics: Vec<f64> = over_velocity.iter().map(Case::distortion).collect();
+    let sticks: Vec<f64> = over_force.iter().map(|c| c.motion.stick_fraction).collect();
     PaperFigure {
         number: "9",
         title: "Phase plots (the paper's are measured)".into(),
         claims: vec![
-            Claim {
-                paper: "An increasing belt velocity leads to more harmonic motions.".into(),
-                model: format!(
-                    "share of the higher harmonics: {}",
+            harmonic_claim(
+                &harmonics,
+                format!(
+                    "Higher harmonics over the first: {}",
                     list(over_velocity, |c| number(c.distortion(), 3))
                 ),
-                verdict: agreement(harmonic),
-            },
-            Claim {
-                paper: "An increase of the normal force leads to longer sticking.".into(),
-                model: format!(
-                    "share of time in stick: {}",
+            ),
+            sticking_claim(
+                &sticks,
+                format!(
+                    "Share of time in stick: {}",
                     list(over_force, |c| number(c.motion.stick_fraction, 3))
                 ),
-                verdict: agreement(longer),
-            },
+            ),
         ],
         pictures: shown,
     }
 }
 
+fn harmonic_claim(harmonics: &[f64], context: String) -> Claim {
+    let less: Vec<f64> = harmonics.iter().map(|h| -h).collect();
+    Claim::new(
+        "An increasing belt velocity leads to more harmonic motions.",
+        context,
+        vec![Finding::new(
+            "least fall of the higher harmonics (second to tenth over the first) from one belt velocity to the next",
+            least_step(&less),
+            "",
+            Bound::Above(0.0),
+            "what falls does so at every step",
+        )],
+    )
+}
+
+fn sticking_claim(sticks: &[f64], context: String) -> Claim {
+    Claim::new(
+        "An increase of the normal force leads to longer sticking.",
+        context,
+        vec![rising("the share of time in stick", sticks, "")],
+    )
+}
+
 fn spectra(over_velocity: &[Case], over_force: &[Case]) -> PaperFigure {
     let all: Vec<&Case> = over_velocity.iter().chain(over_force).collect();
-    let below = all.iter().filter(|c| c.main() < 80.0).count();
-    let frequencies = list(over_velocity, |c| format!("{} Hz", number(c.main(), 3)));
-    let hidden = |c: &Case| c.line(80.0).max(c.line(510.0)) / c.line(c.main());
-    let largest = all.iter().map(|c| hidden(c)).fold(0.0, f64::max);
-    let higher = rises(over_force.iter().map(Case::distortion));
+    let mains: Vec<f64> = all.iter().map(|c| c.main()).collect();
+    let hidden: Vec<f64> = [80.0, 510.0]
+        .iter()
+        .map(|f| {
+            let shares = all.iter().map(|c| 100.0 * c.line(*f) / c.line(c.main()));
+            shares.fold(0.0, f64::max)
+        })
+        .collect();
+    let higher: Vec<f64> = over_force.iter().map(Case::distortion).collect();
     let mut shown = pictures("figure10", over_velocity, Case::lines);
     shown.extend(pictures("figure10", over_force, Case::lines));
+    let main = |c: &Case| format!("{} Hz", number(c.main(), 3));
     PaperFigure {
         number: "10",
         title: "Fourier spectra (the paper's are of measured data)".into(),
         claims: vec![
-            Claim {
-                paper:
-                    "The main frequency is about 40 Hz, below the first natural frequency of 80 Hz."
-                        .into(),
-                model: format!(
-                    "{frequencies}; below 80 Hz at {below} of {} operating points",
-                    all.len()
+            main_claim(
+                &mains,
+                format!(
+                    "Main lines: {}; {}",
+                    list(over_velocity, main),
+                    list(over_force, main)
                 ),
-                verdict: if below == all.len() {
-                    Verdict::Agrees
-                } else {
-                    Verdict::InPart
-                },
-            },
-            Claim {
-                paper: "The natural frequencies (80 and 510 Hz) do not show up in the spectra."
-                    .into(),
-                model: format!(
-                    "lines within 3 Hz of 80 and 510 Hz reach at most {} % of the main line (harmonics of the main frequency that fall \
-                     there included)",
-                    number(100.0 * largest, 2)
-                ),
-                verdict: if largest < 0.1 {
-                    Verdict::Agrees
-                } else {
-                    Verdict::InPart
-                },
-            },
-            Claim {
-                paper: "With the normal force higher harmonics show up.".into(),
-                model: format!(
-                    "share of the higher harmonics: {}",
+            ),
+            hidden_claim([hidden[0], hidden[1]]),
+            higher_claim(
+                &higher,
+                format!(
+                    "Higher harmonics over the first: {}",
                     list(over_force, |c| number(c.distortion(), 3))
                 ),
-                verdict: if higher {
-                    Verdict::Agrees
-                } else {
-                    Verdict::Differs
-                },
-            },
+            ),
         ],
         pictures: shown,
     }
+}
+
+fn main_claim(mains: &[f64], context: String) -> Claim {
+    let highest = mains.iter().copied().fold(f64::NAN, f64::max);
+    let inside = mains.iter().filter(|f| (30.0..=50.0).contains(*f)).count();
+    Claim::new(
+        "The main frequency is about 40 Hz, below the first natural frequency of 80 Hz.",
+        context,
+        vec![
+            Finding::new(
+                "share of the operating points with a main line of 30 to 50 Hz",
+                100.0 * inside as f64 / mains.len().max(1) as f64,
+                "%",
+                Bound::AtLeast(50.0),
+                "about 40 Hz, within a quarter, for most of the motions shown",
+            ),
+            Finding::new(
+                "highest main line",
+                highest,
+                "Hz",
+                Bound::AtMost(80.0),
+                "the first natural frequency",
+            ),
+        ],
+    )
+}
+
+/// Strongest lines near 80 and 510 Hz in % of the main line.
+fn hidden_claim(shares: [f64; 2]) -> Claim {
+    let findings = [80.0, 510.0].iter().zip(shares).map(|(f, share)| {
+        Finding::new(
+            format!(
+                "strongest line within 3 Hz of {f} Hz over the main line, at any operating point"
+            ),
+            share,
+            "%",
+            Bound::AtMost(10.0),
+            "20 dB below the main line; harmonics of the main frequency that fall there count too",
+        )
+    });
+    Claim::new(
+        "The natural frequencies (80 and 510 Hz) do not show up in the spectra.",
+        "",
+        findings.collect(),
+    )
+}
+
+fn higher_claim(higher: &[f64], context: String) -> Claim {
+    Claim::new(
+        "With the normal force higher harmonics show up.",
+        context,
+        vec![rising(
+            "the higher harmonics (second to tenth over the first)",
+            higher,
+            "",
+        )],
+    )
 }
 
 fn compared_with_measurement(cases: &[Case]) -> PaperFigure {
     let mut shown = pictures("figure11", cases, Case::phase);
     shown.extend(pictures("figure11_spectrum", cases, Case::lines));
+    let context = format!(
+        "The measurements are not at hand: whether curves coincide can't be judged, only whether the model has stable limit cycles. Its motions: {}",
+        list(cases, |c| format!(
+            "{}, {} Hz, amplitude {} mm",
+            name(&Row::of(&c.motion)),
+            number(c.main(), 3),
+            number(1e3 * c.motion.amplitude, 3)
+        ))
+    );
+    let cycles: Vec<(String, Option<usize>, f64)> = cases
+        .iter()
+        .map(|c| {
+            let exponent = c.motion.lyapunov.unwrap_or(f64::NAN);
+            (c.title(), c.motion.period, exponent)
+        })
+        .collect();
     PaperFigure {
         number: "11",
         title: "Simulated motions at 36 N (the paper lays measured ones over them)".into(),
-        claims: vec![Claim {
-            paper: "Measured and simulated phase plots and spectra coincide within a wide range; the motion is a stable limit cycle.".into(),
-            model: format!(
-                "the model's motions: {}; the measurements are not at hand, so the comparison itself can't be repeated",
-                list(cases, |c| format!(
-                    "{}, {} Hz, amplitude {} mm",
-                    match c.motion.period {
-                        Some(0) | None => "irregular".to_owned(),
-                        Some(p) => format!("period {p}"),
-                    },
-                    number(c.main(), 3),
-                    number(1e3 * c.motion.amplitude, 3)
-                ))
-            ),
-            verdict: Verdict::Measured,
-        }],
+        claims: vec![stable_claim(&cycles, context)],
         pictures: shown,
+    }
+}
+
+/// From operating point, period and exponent in 1/s of each motion.
+fn stable_claim(cycles: &[(String, Option<usize>, f64)], context: String) -> Claim {
+    let repeats = cycles.iter().filter(|c| c.1 == Some(1)).count();
+    let mut findings = vec![Finding::new(
+        "operating points with a motion of period one",
+        repeats as f64,
+        "",
+        Bound::AtLeast(cycles.len() as f64),
+        "a limit cycle at each of the operating points shown",
+    )];
+    findings.extend(cycles.iter().map(|(title, _, exponent)| {
+        Finding::new(
+            format!("largest Lyapunov exponent at {title}"),
+            *exponent,
+            "1/s",
+            Bound::AtMost(0.0),
+            "disturbances of a stable cycle do not grow",
+        )
+    }));
+    Claim::new(
+        "The tip vibrates in a stable limit cycle, which measurement and simulation share.",
+        context,
+        findings,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::claim::Verdict;
+    use super::*;
+
+    #[test]
+    fn verdicts_come_out_both_ways() {
+        let text = String::new;
+        let three = |a, b, c| [a, b, c];
+        assert_eq!(
+            harmonic_claim(&three(0.5, 0.4, 0.3), text()).verdict(),
+            Verdict::Agrees
+        );
+        assert_eq!(
+            harmonic_claim(&three(0.5, 0.4, 0.4), text()).verdict(),
+            Verdict::Differs
+        );
+        assert_eq!(
+            sticking_claim(&three(0.5, 0.6, 0.7), text()).verdict(),
+            Verdict::Agrees
+        );
+        assert_eq!(
+            sticking_claim(&three(0.5, 0.4, 0.7), text()).verdict(),
+            Verdict::Differs
+        );
+        assert_eq!(higher_claim(&[0.1], text()).verdict(), Verdict::Differs);
+        assert_eq!(
+            higher_claim(&three(0.1, 0.2, 0.3), text()).verdict(),
+            Verdict::Agrees
+        );
+        assert_eq!(
+            main_claim(&three(33.0, 41.0, 70.0), text()).verdict(),
+            Verdict::Agrees
+        );
+        assert_eq!(
+            main_claim(&three(20.0, 25.0, 70.0), text()).verdict(),
+            Verdict::InPart
+        );
+        assert_eq!(
+            main_claim(&three(420.0, 25.0, 70.0), text()).verdict(),
+            Verdict::Differs
+        );
+        assert_eq!(hidden_claim([1.0, 9.0]).verdict(), Verdict::Agrees);
+        assert_eq!(hidden_claim([20.0, 9.0]).verdict(), Verdict::InPart);
+        assert_eq!(hidden_claim([20.0, 11.0]).verdict(), Verdict::Differs);
+        let cycle = |period, exponent| stable_claim(&[("x".into(), period, exponent)], text());
+        assert_eq!(cycle(Some(1), -3.0).verdict(), Verdict::Agrees);
+        assert_eq!(cycle(Some(5), -3.0).verdict(), Verdict::InPart);
+        assert_eq!(cycle(Some(0), 2.0).verdict(), Verdict::Differs);
     }
 }

@@ -55,9 +55,9 @@ impl SecondFrequency {
         })
     }
 
-    /// Whether some frequency shows the magnification of Figure 6 as the paper has it.
-    pub fn is_strange_somewhere(&self) -> bool {
-        !self.strange.is_empty()
+    /// Of the frequencies tried, the share in % that shows the magnification of Figure 6 as the paper has it.
+    pub fn share_strange(&self) -> f64 {
+        100.0 * self.strange.len() as f64 / self.tried as f64
     }
 
     /// What it says of the magnification of Figure 6.
@@ -66,7 +66,7 @@ impl SecondFrequency {
         let nearest = |a: &&f64, b: &&f64| (**a - nominal).abs().total_cmp(&(**b - nominal).abs());
         match self.strange.iter().min_by(nearest) {
             Some(f) => format!(
-                "with a second natural frequency of {} Hz instead of {} Hz (the paper rounds it, and the windows turn on it: map beside \
+                "With a second natural frequency of {} Hz instead of {} Hz (the paper rounds it, and the windows turn on it: map beside \
                  Figure 7) a tenth of the range or more has longer periods and irregular motions, as at {} of the {} frequencies from 505 to 530 Hz",
                 number(*f, 4),
                 number(nominal, 4),
@@ -74,7 +74,7 @@ impl SecondFrequency {
                 self.tried
             ),
             None => {
-                "nor does another second natural frequency from 505 to 530 Hz interrupt it".into()
+                "No other second natural frequency from 505 to 530 Hz interrupts it either".into()
             }
         }
     }
@@ -82,11 +82,11 @@ impl SecondFrequency {
     /// What it says of Figure 7.
     pub fn of_figure_7(&self) -> String {
         if self.as_figure_7.is_empty() {
-            return "no second natural frequency from 505 to 530 Hz on the grid has periods one and four and irregular motions together".into();
+            return "No second natural frequency from 505 to 530 Hz on the grid has periods one and four and irregular motions together".into();
         }
         let list: Vec<String> = self.as_figure_7.iter().map(|f| number(*f, 4)).collect();
         format!(
-            "periods one and four and irregular motions together occur with the second natural frequency at {} Hz: the period of the windows turns on \
+            "Periods one and four and irregular motions together occur with the second natural frequency at {} Hz: the period of the windows turns on \
              less than the paper's rounding of 510 Hz",
             list.join(", ")
         )

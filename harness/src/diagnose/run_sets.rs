@@ -1,0 +1,131 @@
+//! What a model that was found has of its own in each run, in the FMU's own variables, so that it can be run again without
+//! the diagnosis: the run's parameters, and the start states of the pieces on which its error was judged.
+
+use super::knob::Knob;
+use super::predictor::Point;
+use super::session::Session;
+use super::steps::Step;
+
+/// One run of a campaign as a model was fitted to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSet {
+    /// The run's name.
+    pub run: String,
+    /// FMU variable and value: inputs, structure, friction, effects, and what is the run's own.
+    pub parameters: Vec<(String, f64)>,
+    /// FMU variables that every piece starts with.
+    pub start_names: Vec<String>,
+    /// The pieces, in the order of time.
+    pub pieces: Vec<Piece>,
+}
+
+/// A piece of a run that is predicted from a start state of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// Time in s of its first sample since the run's first one.
+    pub start: f64,
+    /// The same of its last sample.
+    pub end: f64,
+    /// Measured displacement in m at its start, by which the record is known again.
+    pub measured: f64,
+    /// Values of the variables that it starts with.
+    pub values: Vec<f64>,
+}
+
+/// What a step of the ladder has of its own in each run. The pieces of a run are those of the error in the ladder: all of them
+/// where it was fitted, and those judged where it was kept out.
+pub fn run_sets(session: &Session, step: &Step) -> Vec<RunSet> {
+    (0..session.campaign.runs.len())
+        .map(|run| run_set(session, step, run))
+        .collect()
+}
+
+fn run_set(session: &Session, step: &Step, run: usize) -> RunSet {
+    let is_judged = step.holdout.by_run[run].is_finite();
+    let judgement = if is_judged { &step.holdout } else { &step.fit };
+    let of_run = judgement.shots.iter().enumerate();
+    let of_run = of_run.filter(|(_, k)| session.shots[**k].run == run);
+    let mut pieces: Vec<Piece> = of_run
+        .map(|(place, &k)| piece(session, &judgement.point, place, k))
+        .collect();
+    pieces.sort_by(|a, b| a.start.total_cmp(&b.start));
+    RunSet {
+        run: session.campaign.runs[run].name.clone(),
+        parameters: parameters(session, step, &judgement.point, run),
+        start_names: start_names(session, step),
+        pieces,
+    }
+}
+
+/// Everything that the FMU is given before each piece of a run, by name.
+fn parameters(session: &Session, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
+    let (h, r) = (&step.trial.hypothesis, &session.references);
+    let of = &session.campaign.runs[run];
+    let mut out = vec![
+        (r.inputs[0], of.belt_velocity),
+        (r.inputs[1], of.normal_force),
+    ];
+    out.extend(&h.fixed);
+    let shared = h.shared.iter().zip(&point.shared);
+    let own = h.own[run].iter().zip(&point.own[run]);
+    let targets = |(knob, position): (&Knob, &f64)| {
+        let value = knob.value(*position);
+        let targets = knob.targets.iter();
+        targets
+            .map(|&(reference, factor)| (reference, factor * value))
+            .collect::<Vec<_>>()
+    };
+    out.extend(shared.chain(own).flat_map(targets));
+    let reals = out
+        .into_iter()
+        .map(|(reference, value)| (real_name(session, reference), value));
+    std::iter::once(("mode_count".to_owned(), h.modes as f64))
+        .chain(reals)
+        .collect()
+}
+
+/// How a start is given besides its state, as [`super::predictor::Predictor`] gives it.
+const HOW: [&str; 4] = [
+    "start.contact",
+    "start.effects",
+    "belt_travel.start",
+    "dwell_time.start",
+];
+/// Values of `start.contact`.
+const STICK: f64 = 1.0;
+const SLIP: f64 = 2.0;
+/// Value of `start.effects`: effects' states count from where they settle.
+const SETTLED: f64 = 1.0;
+
+fn start_names(session: &Session, step: &Step) -> Vec<String> {
+    let states = session.references.states.iter().copied();
+    let extra = step.trial.hypothesis.extra_states.iter().map(|s| s.0);
+    let states = states.chain(extra).map(|s| real_name(session, s));
+    HOW.map(str::to_owned).into_iter().chain(states).collect()
+}
+
+fn piece(session: &Session, point: &Point, place: usize, k: usize) -> Piece {
+    let shot = &session.shots[k];
+    let origin = session.campaign.runs[shot.run].time[0];
+    let contact = if point.stuck[place] { STICK } else { SLIP };
+    let how = [contact, SETTLED, shot.travel, shot.dwell];
+    Piece {
+        start: shot.time[0] - origin,
+        end: shot.time[shot.time.len() - 1] - origin,
+        measured: shot.measured[0],
+        values: how.into_iter().chain(point.states[place].clone()).collect(),
+    }
+}
+
+/// Name of the Real variable with a value reference.
+fn real_name(session: &Session, reference: u32) -> String {
+    use crate::fmu::Kind;
+    let variables = &session.fmu.description().variables;
+    let is_it = |v: &&crate::fmu::Variable| v.kind == Kind::Real && v.reference == reference;
+    let mut found = variables.iter().filter(is_it);
+    found
+        .next()
+        .expect("the reference was looked up by a name")
+        .name
+        .clone()
+}

@@ -1,0 +1,240 @@
+//! Path data of lines, no more of it than the picture can show.
+//!
+//! A line of millions of samples covers each pixel many times. A curve over its x axis is drawn as the lowest and the highest
+//! value of each pixel column; any other curve leaves out what runs over pixels that it has inked before.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+
+type Point = (f64, f64);
+
+/// Curves of fewer points are drawn point by point.
+const DENSE: usize = 1500;
+/// Points this near to the one drawn before are left out, px.
+const NEAR: f64 = 0.4;
+
+/// Path data of a line through points in px; a point that is not finite interrupts it.
+pub(super) fn line(points: impl Iterator<Item = Point>) -> String {
+    let points: Vec<Point> = points.collect();
+    let (mut pen, mut inked) = (Pen::default(), HashSet::new());
+    let pieces = points.split(|p| !is_finite(p)).filter(|p| !p.is_empty());
+    let runs_right = |piece: &[Point]| piece.is_sorted_by(|a, b| a.0 <= b.0);
+    let is_over_x = pieces.clone().all(runs_right);
+    for piece in pieces {
+        if points.len() < DENSE {
+            pen.polyline(piece.iter().copied());
+        } else if is_over_x {
+            pen.polyline(columns(piece));
+        } else {
+            pen.fresh_ink(piece, &mut inked);
+        }
+    }
+    pen.d
+}
+
+/// Path data of the area between two curves, both from left to right.
+pub(super) fn area(low: &[Point], high: &[Point]) -> String {
+    let side = |points: &[Point]| -> Vec<Point> {
+        let finite: Vec<Point> = points.iter().copied().filter(is_finite).collect();
+        if finite.len() < DENSE {
+            finite
+        } else {
+            columns(&finite).collect()
+        }
+    };
+    let mut pen = Pen::default();
+    pen.polyline(side(low).into_iter().chain(side(high).into_iter().rev()));
+    pen.d
+}
+
+fn is_finite(point: &Point) -> bool {
+    point.0.is_finite() && point.1.is_finite()
+}
+
+/// Of each pixel column its lowest and highest point, in the order in which they come, in the middle of the column.
+fn columns(points: &[Point]) -> impl Iterator<Item = Point> {
+    points
+        .chunk_by(|a, b| a.0.floor() == b.0.floor())
+        .flat_map(|column| {
+            let (mut low, mut high) = (0, 0);
+            for (i, p) in column.iter().enumerate() {
+                if p.1 < column[low].1 {
+                    low = i;
+                }
+                if p.1 > column[high].1 {
+                    high = i;
+                }
+            }
+            // Whole px take half the text, and nobody sees the difference where a column is this full.
+            let x = column[0].0.floor() + 0.5;
+            [low.min(high), low.max(high)].map(|i| (x, column[i].1.round()))
+        })
+}
+
+/// Writes path data in tenths of a px, relative to where it is.
+#[derive(Default)]
+struct Pen {
+    d: String,
+    /// In tenths of a px.
+    at: (i64, i64),
+}
+
+fn tenths(point: Point) -> (i64, i64) {
+    (
+        (10.0 * point.0).round() as i64,
+        (10.0 * point.1).round() as i64,
+    )
+}
+
+impl Pen {
+    fn move_to(&mut self, point: Point) {
+        self.at = tenths(point);
+        let (x, y) = (self.at.0 as f64 / 10.0, self.at.1 as f64 / 10.0);
+        let _ = write!(self.d, "M{x} {y}");
+    }
+
+    fn line_to(&mut self, point: Point) {
+        let next = tenths(point);
+        let dx = (next.0 - self.at.0) as f64 / 10.0;
+        let dy = (next.1 - self.at.1) as f64 / 10.0;
+        let _ = match (next.0 == self.at.0, next.1 == self.at.1) {
+            (true, true) => Ok(()),
+            (true, false) => write!(self.d, "v{dy}"),
+            (false, true) => write!(self.d, "h{dx}"),
+            (false, false) => write!(self.d, "l{dx} {dy}"),
+        };
+        self.at = next;
+    }
+
+    /// Joins points, those that lie on one another left out.
+    fn polyline(&mut self, points: impl Iterator<Item = Point>) {
+        let mut last: Option<Point> = None;
+        for point in points {
+            match last {
+                None => self.move_to(point),
+                Some(p) if (point.0 - p.0).abs() < NEAR && (point.1 - p.1).abs() < NEAR => continue,
+                Some(_) => self.line_to(point),
+            }
+            last = Some(point);
+        }
+    }
+
+    /// Joins points; pieces of the line over pixels inked before are left out.
+    fn fresh_ink(&mut self, points: &[Point], inked: &mut HashSet<(i32, i32)>) {
+        let (mut last, mut pen_down) = (points[0], false);
+        for &point in &points[1..] {
+            if (point.0 - last.0).abs() < NEAR && (point.1 - last.1).abs() < NEAR {
+                continue;
+            }
+            let before = inked.len();
+            inked.extend(cells(last, point));
+            let fresh = inked.len() > before;
+            if fresh {
+                if !pen_down {
+                    self.move_to(last);
+                }
+                self.line_to(point);
+            }
+            (pen_down, last) = (fresh, point);
+        }
+    }
+}
+
+/// Pixels under the line between two points.
+fn cells(from: Point, to: Point) -> impl Iterator<Item = (i32, i32)> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let steps = dx.abs().max(dy.abs()).ceil().clamp(1.0, 1e4);
+    (0..=steps as usize).map(move |i| {
+        let share = i as f64 / steps;
+        (
+            (from.0 + share * dx).floor() as i32,
+            (from.1 + share * dy).floor() as i32,
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The points of path data, absolute.
+    fn drawn(d: &str) -> Vec<Point> {
+        let (mut at, mut points) = ((0.0, 0.0), Vec::new());
+        let starts: Vec<usize> = d
+            .char_indices()
+            .filter(|(_, c)| c.is_ascii_alphabetic())
+            .map(|(i, _)| i)
+            .chain([d.len()])
+            .collect();
+        for w in starts.windows(2) {
+            let numbers: Vec<f64> = d[w[0] + 1..w[1]]
+                .split(' ')
+                .map(|v| v.parse().unwrap())
+                .collect();
+            at = match &d[w[0]..=w[0]] {
+                "M" => (numbers[0], numbers[1]),
+                "l" => (at.0 + numbers[0], at.1 + numbers[1]),
+                "h" => (at.0 + numbers[0], at.1),
+                "v" => (at.0, at.1 + numbers[0]),
+                other => panic!("{other}"),
+            };
+            points.push(at);
+        }
+        points
+    }
+
+    #[test]
+    fn a_long_record_keeps_every_peak_and_takes_no_more_text_than_a_short_one() {
+        let wave = |n: usize| -> Vec<Point> {
+            let value = |x: f64| 150.0 + 100.0 * (3.0 * x).sin();
+            let mut points: Vec<Point> = (0..n)
+                .map(|i| 1000.0 * i as f64 / n as f64)
+                .map(|x| (x, value(x)))
+                .collect();
+            // A spike of one sample.
+            points[n / 3].1 = 290.0;
+            points
+        };
+        let (short, long) = (
+            line(wave(20_000).into_iter()),
+            line(wave(2_000_000).into_iter()),
+        );
+        assert!(long.len() < 30_000, "{}", long.len());
+        assert!((long.len() as f64 / short.len() as f64 - 1.0).abs() < 0.1);
+        let spike = drawn(&long).into_iter().find(|p| p.1 == 290.0).unwrap();
+        assert!((spike.0 - 1000.0 / 3.0).abs() <= 1.0, "{spike:?}");
+        let high = drawn(&long).iter().filter(|p| p.1 > 249.0).count();
+        assert!(high > 400, "{high}");
+    }
+
+    #[test]
+    fn a_closed_curve_run_through_a_thousand_times_is_drawn_once() {
+        let turns = |n: usize| {
+            let angle = |i: usize| 0.0628 * i as f64;
+            // Interrupted now and then, as a model put together from pieces is.
+            let cut = |i: usize| if i % 300 == 299 { f64::NAN } else { 0.0 };
+            let x = |i: usize| 300.0 + 200.0 * angle(i).cos() + cut(i);
+            line((0..n).map(|i| (x(i), 150.0 + 100.0 * angle(i).sin())))
+        };
+        let (few, many) = (turns(2_000), turns(200_000));
+        assert!(many.len() < 3 * few.len(), "{} {}", few.len(), many.len());
+        let right = drawn(&many).iter().fold(0.0_f64, |m, p| m.max(p.0));
+        assert!((right - 500.0).abs() < 0.2);
+    }
+
+    #[test]
+    fn a_missing_point_interrupts_a_line() {
+        let points = [
+            (0.0, 0.0),
+            (5.0, 1.0),
+            (f64::NAN, 0.0),
+            (9.0, 1.0),
+            (12.0, 1.0),
+        ];
+        assert_eq!(line(points.into_iter()), "M0 0l5 1M9 1h3");
+        assert_eq!(
+            area(&[(0.0, 0.0), (5.0, 1.0)], &[(0.0, 3.0), (5.0, 4.0)]),
+            "M0 0l5 1v3l-5 -1"
+        );
+    }
+}
