@@ -76,9 +76,15 @@ fn printed_by(command: &str, folder: &Path) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// What a library needs of the system is the builder's, and not for the README to say.
+const OF_THE_MACHINE: &str = "needs glibc";
+
 /// A text as an indented block.
 fn block(text: &str) -> String {
-    let lines = text.trim_matches('\n').lines().flat_map(wrapped);
+    let lines = text.trim_matches('\n').lines();
+    let lines = lines
+        .filter(|l| !l.contains(OF_THE_MACHINE))
+        .flat_map(wrapped);
     let indented = lines.map(|line| format!("    {line}").trim_end().to_owned() + "\n");
     format!("\n{}\n", indented.collect::<String>())
 }
