@@ -2,6 +2,7 @@
 
 use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
 use super::fit::Fit;
+use super::forecast::Forecast;
 use super::hypothesis::{Choice, Hypothesis, structure};
 use super::judge::Judgement;
 use super::knob::Scale;
@@ -79,6 +80,7 @@ pub fn conclude(
         "as given",
         &selection.as_given,
         &selection.as_given_holdout,
+        &selection.as_given_forecasts,
     )];
     for i in 0..steps.len() {
         let step = if i == 0 {
@@ -93,7 +95,8 @@ pub fn conclude(
         };
         // A step that is not believed is not on the ladder.
         if i == 0 || verdict != Verdict::NoMissingEffect {
-            ladder.push(rung(&step, &steps[i].fit, &steps[i].holdout));
+            let at = &steps[i];
+            ladder.push(rung(&step, &at.fit, &at.holdout, &at.forecasts));
         }
     }
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
@@ -134,6 +137,7 @@ pub fn conclude(
     }
     Ok(Diagnosis {
         verdict,
+        forecast: steps[last].forecasts.clone(),
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
         residual,
@@ -191,7 +195,19 @@ fn is_effect(session: &Session, knob: &str) -> bool {
         .is_some_and(|(id, _)| session.catalogue.iter().any(|c| c.id == id))
 }
 
-fn rung(step: &str, fit: &Judgement, holdout: &Judgement) -> Rung {
+/// Root mean square error of the forecasts over the runs, and the mean of their valid times; `None` without a run kept out.
+fn summarised(forecasts: &[Forecast]) -> (Option<f64>, Option<f64>) {
+    if forecasts.is_empty() {
+        return (None, None);
+    }
+    let count = forecasts.len() as f64;
+    let squares: f64 = forecasts.iter().map(|f| f.one_cycle_nrmse.powi(2)).sum();
+    let times: f64 = forecasts.iter().map(|f| f.valid_time_s).sum();
+    (Some((squares / count).sqrt()), Some(times / count))
+}
+
+fn rung(step: &str, fit: &Judgement, holdout: &Judgement, forecasts: &[Forecast]) -> Rung {
+    let (forecast_nrmse, valid_time_s) = summarised(forecasts);
     let by_run = fit
         .by_run
         .iter()
@@ -203,6 +219,8 @@ fn rung(step: &str, fit: &Judgement, holdout: &Judgement) -> Rung {
         fit_nrmse: fit.nrmse,
         holdout_nrmse: holdout.nrmse,
         holdout_over_noise: holdout.quantile(0.5),
+        forecast_nrmse,
+        valid_time_s,
         by_run,
     }
 }

@@ -9,6 +9,7 @@ pub mod conclude;
 pub mod contender;
 pub mod dependence;
 pub mod fit;
+pub mod forecast;
 pub mod friction_prior;
 mod hunt;
 pub mod hypothesis;

@@ -1,5 +1,6 @@
 //! What a diagnosis finds, in the form of diagnosis.json.
 
+use super::forecast::Forecast;
 use super::propose::ProposedTerm;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -94,6 +95,10 @@ pub struct Rung {
     pub holdout_nrmse: f64,
     /// Median error on the runs kept out over the noise.
     pub holdout_over_noise: f64,
+    /// Error of one-cycle forecasts of the runs kept out (see [`Forecast`]); `None` where none is kept out.
+    pub forecast_nrmse: Option<f64>,
+    /// Mean time in s for which the free motion predicted stays near the measured one; likewise.
+    pub valid_time_s: Option<f64>,
     /// Error of each run, held-out error where it is kept out.
     pub by_run: Vec<f64>,
 }
@@ -140,6 +145,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The effects in the order in which they were added.
     pub effects: Vec<FoundEffect>,
+    /// Forecasts of the runs kept out by the model that the diagnosis ends with.
+    pub forecast: Vec<Forecast>,
     /// The falling error.
     pub error_ladder: Vec<Rung>,
     /// Sensor noise in m.

@@ -2,6 +2,7 @@
 
 use super::contender::{Contender, NULL_GAIN, name};
 use super::fit::Fitter;
+use super::forecast::{Forecast, forecasts};
 use super::hunt::{Hunt, hunt};
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
@@ -33,6 +34,8 @@ pub struct Selection {
     pub as_given: Judgement,
     /// The same on what was kept out.
     pub as_given_holdout: Judgement,
+    /// Its forecasts of the runs kept out.
+    pub as_given_forecasts: Vec<Forecast>,
     /// The reference model calibrated by itself: it depends on the campaign alone, not on what is tried.
     pub alone: Contender,
     /// The same, or where that is better, fitted again from the optimum of an effect: what effects are compared with, so that
@@ -97,7 +100,7 @@ impl Selection {
 pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> {
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1);
-    let (as_given, as_given_holdout) = as_given(session, &screen)?;
+    let (as_given, as_given_holdout, as_given_forecasts) = as_given(session, &screen)?;
     let Hunt {
         alone,
         mut calibrated,
@@ -143,6 +146,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     Ok(Selection {
         as_given,
         as_given_holdout,
+        as_given_forecasts,
         alone,
         calibrated,
         singles,
@@ -214,7 +218,7 @@ fn judge_candidates(
 pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result<Selection, Error> {
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1 + effects.len());
-    let (as_given, as_given_holdout) = as_given(session, &screen)?;
+    let (as_given, as_given_holdout, as_given_forecasts) = as_given(session, &screen)?;
     let alone = screen.calibrate(1.0)?;
     let mut calibrated = alone.clone();
     let mut path: Vec<Contender> = Vec::new();
@@ -240,6 +244,7 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
     Ok(Selection {
         as_given,
         as_given_holdout,
+        as_given_forecasts,
         alone,
         calibrated,
         singles: Vec::new(),
@@ -267,7 +272,10 @@ impl Watch for Silent<'_> {
 }
 
 /// The reference model with its nominal values.
-fn as_given(session: &Session, screen: &Screen) -> Result<(Judgement, Judgement), Error> {
+fn as_given(
+    session: &Session,
+    screen: &Screen,
+) -> Result<(Judgement, Judgement, Vec<Forecast>), Error> {
     let h = session.hypothesis(&[])?;
     let mut predictor = session.predictor(&h)?;
     let effort = search::effort(5);
@@ -278,6 +286,10 @@ fn as_given(session: &Session, screen: &Screen) -> Result<(Judgement, Judgement)
     let (_, test) = judge::held_out_shots(session);
     let test_shots = session.copies(&test);
     let data = session.data(&test_shots);
-    let fit = Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, &test_shots));
-    Ok((on_fit, judge::of_fit(session, &test, &fit)))
+    let on_test =
+        Fitter::new(&mut predictor, &h, &data, effort).settle(Point::centre(&h, &test_shots));
+    drop(predictor);
+    let trial = Trial { hypothesis: h, fit };
+    let forecasts = forecasts(session, &trial)?;
+    Ok((on_fit, judge::of_fit(session, &test, &on_test), forecasts))
 }

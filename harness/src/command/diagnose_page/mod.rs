@@ -3,6 +3,7 @@
 mod break_aways;
 mod evidence;
 mod force_map;
+mod forecast;
 mod ladder;
 mod overlay;
 mod parameters;
@@ -68,6 +69,7 @@ pub fn html(
     let page = Page::new(&title, &lead(session));
     let page = verdict::banner(page, &material);
     let page = verdict::words(page, &material);
+    let page = forecast::section(page, &material);
     let page = ladder::section(page, &material);
     let page = overlay::section(page, &material);
     let page = evidence::section(page, &material);

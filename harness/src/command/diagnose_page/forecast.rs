@@ -1,0 +1,123 @@
+//! Forecasts of the runs kept out: what was measured and what was predicted without another look.
+
+use super::{Material, scaled};
+use crate::diagnose::forecast::Forecast;
+use crate::diagnose::session::Session;
+use crate::measurement::Run;
+use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
+
+const MILLI: f64 = 1e3;
+/// Valid times after which a picture ends: what follows is another motion.
+const SHOWN: f64 = 3.0;
+/// Cycles that a picture shows at least.
+const CYCLES: f64 = 8.0;
+
+/// The section; nothing where no run was kept out.
+pub fn section(page: Page, material: &Material) -> Page {
+    let forecasts = &material.diagnosis.forecast;
+    if forecasts.is_empty() {
+        return page;
+    }
+    let mut page = page
+        .section("Forecast: runs that the fit has not seen")
+        .paragraph(
+            "All that the runs share comes from the runs fitted. The first part of each run here, up to the upright line, determines its friction level, \
+             offset, phases and state; everything after is predicted without another look. A forecast is valid until its error exceeds 0.4 of the \
+             standard deviation of the displacement. Its limit is how long the model predicts its own motion from a beginning with the same noise.",
+        )
+        .table(&table(forecasts));
+    for forecast in forecasts {
+        if let Some(plot) = picture(material.session, forecast) {
+            page = page.figure(&plot);
+        }
+    }
+    page
+}
+
+fn table(forecasts: &[Forecast]) -> Table {
+    let table = Table::new(&[
+        "run",
+        "learned from",
+        "error of one-cycle forecasts (NRMSE)",
+        "valid for",
+        "limit by the noise",
+        "period (predicted | measured)",
+        "amplitude (predicted | measured)",
+        "stick share (predicted | measured)",
+    ]);
+    let value = |value: Option<f64>, unit: &str| match value {
+        Some(value) => with_unit(value, unit),
+        None => "none".to_owned(),
+    };
+    forecasts.iter().fold(table, |table, f| {
+        let pair = |both: crate::diagnose::forecast::Compared, unit: &str| {
+            let (predicted, measured) = (value(both.predicted, unit), value(both.measured, unit));
+            Cell::Number(format!("{predicted} | {measured}"))
+        };
+        table.row(vec![
+            Cell::Text(f.run.clone()),
+            Cell::Number(with_unit(f.learned_s, "s")),
+            Cell::Number(super::verdict::percent(f.one_cycle_nrmse)),
+            Cell::Number(with_unit(f.valid_time_s, "s")),
+            Cell::Number(with_unit(f.valid_time_limit_s, "s")),
+            pair(f.period_s, "s"),
+            pair(f.amplitude_m, "m"),
+            pair(f.stick_share, ""),
+        ])
+    })
+}
+
+fn picture(session: &Session, forecast: &Forecast) -> Option<Plot> {
+    let (index, run) = of_name(session, &forecast.run)?;
+    let cycle = session.smoothings[index].cycle;
+    let cycles = if cycle.is_finite() {
+        CYCLES * cycle
+    } else {
+        0.0
+    };
+    let end = forecast.learned_s + cycles.max(SHOWN * forecast.valid_time_s);
+    let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
+    let shown = time.partition_point(|t| *t <= end);
+    let (when, predicted) = &forecast.curve;
+    let ahead = when.partition_point(|t| *t <= end);
+    let plot = Plot::new(
+        Axis::linear("time since the run began", "s"),
+        Axis::linear("tip displacement", "mm"),
+    )
+    .size(1240.0, 260.0)
+    .thin_line(
+        "measured",
+        Colour::Ink,
+        &time[..shown],
+        &scaled(&run.displacement[..shown], MILLI),
+    )
+    .thin_line(
+        "forecast",
+        Colour::Orange,
+        &when[..ahead],
+        &scaled(&predicted[..ahead], MILLI),
+    )
+    .upright(
+        "end of what was learned from",
+        Colour::Green,
+        forecast.learned_s,
+    )
+    .upright(
+        "end of the valid forecast",
+        Colour::Grey,
+        forecast.learned_s + forecast.valid_time_s,
+    );
+    Some(plot.caption(&format!(
+        "{}, {} m/s, {}: measured motion and its forecast, valid for {} of {} that the noise allows.",
+        run.name,
+        number(run.belt_velocity, 3),
+        with_unit(run.normal_force, "N"),
+        with_unit(forecast.valid_time_s, "s"),
+        with_unit(forecast.valid_time_limit_s, "s"),
+    )))
+}
+
+fn of_name<'a>(session: &'a Session, name: &str) -> Option<(usize, &'a Run)> {
+    let mut runs = session.campaign.runs.iter().enumerate();
+    runs.find(|(_, run)| run.name == name)
+}

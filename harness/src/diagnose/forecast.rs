@@ -1,0 +1,342 @@
+//! Forecasts of the runs kept out: the only figure for which no later sample was looked at.
+//!
+//! All that the runs share comes from the runs fitted. Of a run kept out the first part, two cycles or 40 ms, whichever is
+//! longer, determines what is its own: friction level, offset, phases and the state at its end. Everything after is
+//! predicted. Two figures say how well:
+//!
+//! - one-cycle forecasts: from states filtered through the past (the start state of a piece is fitted to that piece alone)
+//!   each next piece is predicted; their root mean square error over the standard deviation of the displacement;
+//! - valid time: how long the free motion from the end of the first part stays within 0.4 of that standard deviation (Pathak
+//!   et al., Phys. Rev. Lett. 120 (2018) 024102). Its limit is that of the model's own motion with the sensor's noise on it,
+//!   forecast in the same way: no model can do better than that with so noisy a beginning.
+//!
+//! The whole run counts: nothing is left out, whether it grazes a transition or not.
+
+use super::fit::{Data, Effort, Fitter};
+use super::hypothesis::{Hypothesis, structure};
+use super::judge::Care;
+use super::null::gaussian;
+use super::own;
+use super::predictor::{Point, Predictor, ShotStart};
+use super::search::Trial;
+use super::session::{Session, deviation, parallel};
+use super::shot::{Shot, cut, smooth_run};
+use crate::error::Error;
+use crate::measurement::{Run, Sampling};
+use crate::metric::characteristics;
+use serde::Serialize;
+
+/// Shortest first part of a run in s.
+const LEAST_LEARNED: f64 = 0.04;
+/// Cycles in the first part of a run.
+const CYCLES_LEARNED: f64 = 2.0;
+/// Error over the standard deviation of the displacement at which a forecast is no longer valid.
+const VALID: f64 = 0.4;
+/// Seed of the noise on the model's own motion.
+const SEED: u64 = 1;
+
+/// A number as measured and as predicted.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Compared {
+    /// As measured; `None` where the motion has none.
+    pub measured: Option<f64>,
+    /// As predicted.
+    pub predicted: Option<f64>,
+}
+
+/// The forecast of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct Forecast {
+    /// Name of the run.
+    pub run: String,
+    /// Length in s of the first part, from which the run's own values and its state were learned.
+    pub learned_s: f64,
+    /// Root mean square error of one-cycle forecasts over the standard deviation of the displacement.
+    pub one_cycle_nrmse: f64,
+    /// Time in s for which the free motion stays near the measured one; as long as the run lasts, if it never leaves it.
+    pub valid_time_s: f64,
+    /// The same for the model's own motion with the sensor's noise.
+    pub valid_time_limit_s: f64,
+    /// Period of the motion after the first part in s.
+    pub period_s: Compared,
+    /// Amplitude of it in m.
+    pub amplitude_m: Compared,
+    /// Share of the time in stick.
+    pub stick_share: Compared,
+    /// Times in s since the run began, and the free motion predicted in m, NaN once it was given up.
+    #[serde(skip)]
+    pub curve: (Vec<f64>, Vec<f64>),
+}
+
+/// Forecasts of the runs kept out.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn forecasts(session: &Session, trial: &Trial) -> Result<Vec<Forecast>, Error> {
+    let runs: Vec<usize> = (0..session.held_out.len())
+        .filter(|&r| session.held_out[r])
+        .collect();
+    let found = parallel(&runs, |&r| forecast(session, trial, r))?;
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// The forecast of run `r`; `None` for a run that is not longer than what must be learned from.
+fn forecast(session: &Session, trial: &Trial, r: usize) -> Result<Option<Forecast>, Error> {
+    let measured = &session.campaign.runs[r];
+    let cycle = session.smoothings[r].cycle;
+    let learned_s = if cycle.is_finite() {
+        LEAST_LEARNED.max(CYCLES_LEARNED * cycle)
+    } else {
+        LEAST_LEARNED
+    }
+    // A whole piece must fit into it.
+    .max(2.5 * session.horizon);
+    let Some(seen) = Seen::new(session, trial, measured, r, learned_s)? else {
+        return Ok(None);
+    };
+    let (time, free) = seen.free()?;
+    let spread = session.spread[r];
+    let valid_time_s = valid_time(&time, &measured.displacement[seen.past..], &free, spread);
+    // The model's own motion, measured by the same sensor.
+    let mut random = fastrand::Rng::with_seed(SEED);
+    let noise = session.noise[r];
+    let truth = seen.whole()?;
+    let own = Run {
+        displacement: truth
+            .iter()
+            .map(|y| y + noise * gaussian(&mut random))
+            .collect(),
+        faults: Vec::new(),
+        ..measured.clone()
+    };
+    let limit = match Seen::new(session, trial, &own, r, learned_s)? {
+        Some(again) if truth.iter().all(|y| y.is_finite()) => {
+            let (time, free) = again.free()?;
+            valid_time(&time, &truth[again.past..], &free, spread)
+        }
+        _ => f64::NAN,
+    };
+    let of_measured = &measured.displacement[seen.past..];
+    let belt = measured.belt_velocity;
+    let described = |values: &[f64]| {
+        let usable = values.len() > 32 && values.iter().all(|v| v.is_finite());
+        usable.then(|| characteristics(&time, values, belt, noise))
+    };
+    let (seen_there, predicted) = (described(of_measured), described(&free));
+    let compared = |read: &dyn Fn(&crate::metric::Characteristics) -> Option<f64>| Compared {
+        measured: seen_there.as_ref().and_then(read),
+        predicted: predicted.as_ref().and_then(read),
+    };
+    Ok(Some(Forecast {
+        run: measured.name.clone(),
+        learned_s,
+        one_cycle_nrmse: seen.one_cycle()? / spread,
+        valid_time_s,
+        valid_time_limit_s: limit,
+        period_s: compared(&|c| c.period),
+        amplitude_m: compared(&|c| Some(c.amplitude)),
+        stick_share: compared(&|c| Some(c.stick_fraction)),
+        curve: (time, free),
+    }))
+}
+
+/// Time in s until the error exceeds [`VALID`] of the spread.
+fn valid_time(time: &[f64], measured: &[f64], predicted: &[f64], spread: f64) -> f64 {
+    let wrong = measured
+        .iter()
+        .zip(predicted)
+        .position(|(m, p)| !((m - p).abs() <= VALID * spread));
+    match (wrong, time) {
+        (_, []) => f64::NAN,
+        (Some(k), _) => time[k] - time[0],
+        (None, _) => time[time.len() - 1] - time[0],
+    }
+}
+
+/// A run of which the first part has been learned.
+struct Seen<'a> {
+    session: &'a Session<'a>,
+    hypothesis: &'a Hypothesis,
+    /// All runs of the campaign, this one as it is learned from.
+    runs: Vec<Run>,
+    index: usize,
+    shared: Vec<f64>,
+    own: Vec<f64>,
+    /// The last piece of the first part, and where it starts.
+    last: Shot,
+    start: ShotStart,
+    /// Index of the first sample that was not learned from.
+    past: usize,
+}
+
+impl<'a> Seen<'a> {
+    /// Learns the first `learned` s of a run; `None` where nothing is left to predict or no piece fits in.
+    fn new(
+        session: &'a Session<'a>,
+        trial: &'a Trial,
+        run: &Run,
+        index: usize,
+        learned: f64,
+    ) -> Result<Option<Self>, Error> {
+        let past = run.time.partition_point(|t| t - run.time[0] < learned);
+        if past + 32 > run.time.len() || past < 16 {
+            return Ok(None);
+        }
+        let beginning = Run {
+            time: run.time[..past].to_vec(),
+            displacement: run.displacement[..past].to_vec(),
+            sampling: Sampling::of(&run.time[..past]),
+            faults: run
+                .faults
+                .iter()
+                .filter(|f| f.first + f.samples <= past)
+                .cloned()
+                .collect(),
+            ..run.clone()
+        };
+        let structure = structure(session.fmu, &session.campaign.beam)?;
+        let Ok(smoothing) = smooth_run(&beginning, &structure) else {
+            return Ok(None);
+        };
+        let shots = cut(index, &beginning, &smoothing, session.horizon);
+        let Some(last) = shots.last().cloned() else {
+            return Ok(None);
+        };
+        let mut runs = session.campaign.runs.clone();
+        runs[index] = run.clone();
+        let h = &trial.hypothesis;
+        let mut start = Point::centre(h, &shots);
+        start.shared.clone_from(&trial.fit.point.shared);
+        let fitted: Vec<usize> = (0..runs.len())
+            .filter(|&r| !session.held_out[r] && r != index)
+            .collect();
+        for &other in &fitted {
+            start.own[other].clone_from(&trial.fit.point.own[other]);
+        }
+        start.share_own(h, &fitted, &[index]);
+        let mut predictor = Predictor::new(session.fmu, &session.references, &runs, h)?;
+        let data = Data {
+            shots: &shots,
+            noise: &session.noise,
+        };
+        let found = own::learn(&mut predictor, h, &data, start, effort(), Care::Thorough);
+        drop(predictor);
+        let shared = found.point.shared.clone();
+        let own = found.point.own[index].clone();
+        let start = found.point.start(shots.len() - 1);
+        Ok(Some(Self {
+            session,
+            hypothesis: h,
+            runs,
+            index,
+            shared,
+            own,
+            last,
+            start,
+            past,
+        }))
+    }
+
+    /// The motion from the start of a piece at the run's samples from there to `end`; NaN where it ran away.
+    fn motion(&self, from: &Shot, start: &ShotStart, end: usize) -> Result<Vec<f64>, Error> {
+        let run = &self.runs[self.index];
+        let range = from.first..end;
+        let long = Shot {
+            time: run.time[range.clone()].to_vec(),
+            measured: vec![f64::NAN; range.len()],
+            trusted: vec![true; range.len()],
+            count: range.len(),
+            ..from.clone()
+        };
+        let (references, runs) = (&self.session.references, &self.runs);
+        let mut predictor = Predictor::new(self.session.fmu, references, runs, self.hypothesis)?;
+        let mut out = Vec::new();
+        let _ = predictor.predict(
+            &long,
+            &self.shared,
+            &self.own,
+            &start.state,
+            start.stuck,
+            range.len(),
+            1,
+            &mut out,
+        );
+        out.resize(range.len(), f64::NAN);
+        Ok(out)
+    }
+
+    /// Times since the run began and the free motion after the first part.
+    fn free(&self) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let run = &self.runs[self.index];
+        let all = self.motion(&self.last, &self.start, run.time.len())?;
+        let skipped = self.past - self.last.first;
+        let time = run.time[self.past..]
+            .iter()
+            .map(|t| t - run.time[0])
+            .collect();
+        Ok((time, all[skipped..].to_vec()))
+    }
+
+    /// The model's motion over the whole run: what was measured before the last piece learned from, the free motion after.
+    fn whole(&self) -> Result<Vec<f64>, Error> {
+        let run = &self.runs[self.index];
+        let mut out = run.displacement[..self.last.first].to_vec();
+        out.extend(self.motion(&self.last, &self.start, run.time.len())?);
+        Ok(out)
+    }
+
+    /// Root mean square error in m of forecasts of each piece after the first part from the piece before it.
+    fn one_cycle(&self) -> Result<f64, Error> {
+        let (session, h, r) = (self.session, self.hypothesis, self.index);
+        let run = &self.runs[r];
+        let shots = cut(r, run, &session.smoothings[r], session.horizon);
+        let mut point = Point::centre(h, &shots);
+        point.shared.clone_from(&self.shared);
+        point.own[r].clone_from(&self.own);
+        let mut predictor = Predictor::new(session.fmu, &session.references, &self.runs, h)?;
+        let data = Data {
+            shots: &shots,
+            noise: &session.noise,
+        };
+        let filtered = Fitter::new(&mut predictor, h, &data, effort())
+            .settle(point)
+            .point;
+        drop(predictor);
+        let (mut sum, mut count) = (0.0, 0.0);
+        let trusted = run.trusted();
+        for k in 1..shots.len() {
+            let (from, to) = (&shots[k - 1], &shots[k]);
+            if to.first < self.past {
+                continue;
+            }
+            let end = to.first + to.time.len();
+            let all = self.motion(from, &filtered.start(k - 1), end)?;
+            let past = from.first + from.time.len();
+            for i in past..end {
+                if !trusted[i] {
+                    continue;
+                }
+                let error = run.displacement[i] - all[i - from.first];
+                // What ran away is as far off as the motion is wide.
+                let limit = deviation(&run.displacement) * 2.0;
+                let error = if error.is_finite() {
+                    error.abs().min(limit)
+                } else {
+                    limit
+                };
+                sum += error * error;
+                count += 1.0;
+            }
+        }
+        Ok((sum / count).sqrt())
+    }
+}
+
+/// The effort with which a run's own values are learned.
+fn effort() -> Effort {
+    Effort {
+        stride: 1,
+        shared: false,
+        ..super::search::effort(6)
+    }
+}
