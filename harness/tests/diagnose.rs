@@ -59,6 +59,43 @@ fn check_invariants(diagnosis: &Value) {
     }
 }
 
+/// What is predicted without another look shows the missing effect too: the calibrated model is soon lost, the repaired one is not.
+fn check_forecast(diagnosis: &Value) {
+    let ladder = diagnosis["error_ladder"].as_array().unwrap();
+    let of = |i: usize, key: &str| number(&ladder[i][key]);
+    let last = ladder.len() - 1;
+    assert!(
+        of(last, "forecast_nrmse") < 0.1 * of(1, "forecast_nrmse"),
+        "{ladder:#?}"
+    );
+    assert!(
+        of(last, "valid_time_s") > 3.0 * of(1, "valid_time_s"),
+        "{ladder:#?}"
+    );
+    let forecasts = diagnosis["forecast"].as_array().unwrap();
+    let held_out = diagnosis["runs"].as_array().unwrap().iter();
+    let held_out = held_out.filter(|r| r["held_out"] == true).count();
+    assert_eq!(forecasts.len(), held_out);
+    for forecast in forecasts {
+        let (valid, limit) = (
+            number(&forecast["valid_time_s"]),
+            number(&forecast["valid_time_limit_s"]),
+        );
+        assert!(limit > 0.0 && valid > 0.2 * limit, "{forecast:#}");
+        assert!(number(&forecast["learned_s"]) >= 0.04, "{forecast:#}");
+        for key in ["period_s", "amplitude_m", "stick_share"] {
+            let (measured, predicted) = (
+                number(&forecast[key]["measured"]),
+                number(&forecast[key]["predicted"]),
+            );
+            assert!(
+                (predicted / measured - 1.0).abs() < 0.1,
+                "{key}: {forecast:#}"
+            );
+        }
+    }
+}
+
 /// Friction that is wrong over most of the belt leaves errors far above the noise: at slip, at low frequencies, along the
 /// belt. Beyond the modes' frequencies only noise is left.
 fn check_where_it_fails(residual: &Value) {
@@ -208,6 +245,7 @@ fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu
     let ladder = diagnosis["error_ladder"].as_array().unwrap();
     let error = |i: usize| number(&ladder[i]["holdout_nrmse"]);
     assert!(error(2) < 0.2 * error(1), "{ladder:#?}");
+    check_forecast(&diagnosis);
     check_where_it_fails(&diagnosis["residual"]);
     for file in [
         "report.html",

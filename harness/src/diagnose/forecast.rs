@@ -340,3 +340,24 @@ fn effort() -> Effort {
         ..super::search::effort(6)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_forecast_is_valid_until_it_first_errs_by_more_than_its_share_of_the_spread() {
+        let time = [0.0, 0.1, 0.2, 0.3];
+        let measured = [1.0, 2.0, 3.0, 4.0];
+        // The bound is 0.4 of a spread of 1; later agreement does not count.
+        assert_eq!(
+            valid_time(&time, &measured, &[1.3, 2.39, 3.5, 4.0], 1.0),
+            0.2
+        );
+        assert_eq!(valid_time(&time, &measured, &measured, 1.0), 0.3);
+        // What ran away is wrong from there on.
+        let run_away = [1.0, f64::NAN, 3.0, 4.0];
+        assert_eq!(valid_time(&time, &measured, &run_away, 1.0), 0.1);
+        assert!(valid_time(&[], &[], &[], 1.0).is_nan());
+    }
+}

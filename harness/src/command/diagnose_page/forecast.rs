@@ -27,7 +27,7 @@ pub fn section(page: Page, material: &Material) -> Page {
         )
         .table(&table(forecasts));
     for forecast in forecasts {
-        if let Some(plot) = picture(material.session, forecast) {
+        if let Some(plot) = picture(material, forecast) {
             page = page.figure(&plot);
         }
     }
@@ -67,7 +67,8 @@ fn table(forecasts: &[Forecast]) -> Table {
     })
 }
 
-fn picture(session: &Session, forecast: &Forecast) -> Option<Plot> {
+fn picture(material: &Material, forecast: &Forecast) -> Option<Plot> {
+    let session = material.session;
     let (index, run) = of_name(session, &forecast.run)?;
     let cycle = session.smoothings[index].cycle;
     let cycles = if cycle.is_finite() {
@@ -90,23 +91,43 @@ fn picture(session: &Session, forecast: &Forecast) -> Option<Plot> {
         Colour::Ink,
         &time[..shown],
         &scaled(&run.displacement[..shown], MILLI),
-    )
-    .thin_line(
-        "forecast",
-        Colour::Orange,
-        &when[..ahead],
-        &scaled(&predicted[..ahead], MILLI),
-    )
-    .upright(
-        "end of what was learned from",
-        Colour::Green,
-        forecast.learned_s,
-    )
-    .upright(
-        "end of the valid forecast",
-        Colour::Grey,
-        forecast.learned_s + forecast.valid_time_s,
     );
+    // Without the effect, where one was found.
+    let calibrated = material
+        .steps
+        .first()
+        .filter(|_| !material.diagnosis.effects.is_empty());
+    let before = calibrated.and_then(|step| step.forecasts.iter().find(|f| f.run == forecast.run));
+    let plot = match before {
+        Some(before) => {
+            let (when, predicted) = &before.curve;
+            let ahead = when.partition_point(|t| *t <= end);
+            plot.thin_line(
+                "forecast of the calibrated model",
+                Colour::Sky,
+                &when[..ahead],
+                &scaled(&predicted[..ahead], MILLI),
+            )
+        }
+        None => plot,
+    };
+    let plot = plot
+        .thin_line(
+            "forecast",
+            Colour::Orange,
+            &when[..ahead],
+            &scaled(&predicted[..ahead], MILLI),
+        )
+        .upright(
+            "end of what was learned from",
+            Colour::Green,
+            forecast.learned_s,
+        )
+        .upright(
+            "end of the valid forecast",
+            Colour::Grey,
+            forecast.learned_s + forecast.valid_time_s,
+        );
     Some(plot.caption(&format!(
         "{}, {} m/s, {}: measured motion and its forecast, valid for {} of {} that the noise allows.",
         run.name,
