@@ -318,14 +318,15 @@ fn a_reader_that_has_gone_ends_a_command_quietly() {
         if line[0] == "compare" {
             line.extend(["-o".into(), folder.path().display().to_string()]);
         }
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        // Gone before the command begins: else a short text may be written before.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let done = Command::new(env!("CARGO_BIN_EXE_stickslip"))
             .args(&line)
-            .stdout(Stdio::piped())
+            .stdout(writer)
             .stderr(Stdio::piped())
-            .spawn()
+            .output()
             .unwrap();
-        drop(child.stdout.take());
-        let done = child.wait_with_output().unwrap();
         assert_eq!(text(&done.stderr), "", "{line:?}");
         assert_eq!(done.status.code(), Some(141), "{line:?}");
     }

@@ -14,6 +14,7 @@ use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
 use crate::measurement::Campaign;
+use crate::metric::half_width;
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
 use crate::watch::Watch as _;
@@ -235,7 +236,10 @@ fn summary(cases: &[BlindCase]) -> String {
         .collect();
     if !errors.is_empty() {
         let close = errors.iter().filter(|e| e[0].abs() < 0.1).count();
-        let inside = errors.iter().filter(|e| e[1].abs() < 1.96).count();
+        let inside = errors
+            .iter()
+            .filter(|e| e[1].abs() < half_width(1.0))
+            .count();
         out += &format!(
             "parameters within 10 %: {close} of {}; inside the stated 95 % interval: {inside} of {}\n",
             errors.len(),

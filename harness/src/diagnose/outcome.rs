@@ -2,6 +2,7 @@
 
 use super::forecast::Forecast;
 use super::propose::ProposedTerm;
+use crate::metric::half_width;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -31,14 +32,11 @@ pub struct Estimate {
     pub at_bound: bool,
 }
 
-/// Half the width of a normal distribution's 95 % interval in standard deviations.
-const HALF_WIDTH: f64 = 1.96;
-
 impl Estimate {
     /// Half the width of the 95 % interval, which people are shown after "+-" or "±" everywhere; `None` for a value that was
     /// not fitted or whose spread is unknown.
     pub fn half_width(&self) -> Option<f64> {
-        let half = HALF_WIDTH * self.std;
+        let half = half_width(self.std);
         (half > 0.0 && half.is_finite()).then_some(half)
     }
 }

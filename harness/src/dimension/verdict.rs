@@ -110,8 +110,8 @@ pub(super) fn remarks(a: &Analysis, settings: &Settings) -> Vec<String> {
     if a.verdict == Verdict::NotConverged {
         if let (Some(r), Some(c)) = (&a.region, a.convergence.filter(|c| !c.is_plateau())) {
             out.push(format!(
-                "The slope changes by {:+.3} ± {:.3} from m = {} to {}: beyond three standard errors of that change, and more than the \
-                 interval of ± {:.3} stated for the slope holds.",
+                "The slope changes by {:+.3} (standard error {:.3}) from m = {} to {}: beyond three standard errors of that change, and \
+                 more than the interval of one standard deviation, {:.3}, to either side of the slope holds.",
                 c.change, c.std, r.dimensions.0, r.dimensions.1, c.stated
             ));
         }

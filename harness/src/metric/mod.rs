@@ -6,6 +6,7 @@
 mod amplitude;
 mod characteristics;
 mod cycle;
+mod interval;
 mod nrmse;
 mod period;
 mod resample;
@@ -18,6 +19,7 @@ mod velocity;
 pub use amplitude::{amplitude, quantile};
 pub use characteristics::{Characteristics, HARMONICS, characteristics};
 pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
+pub use interval::half_width;
 pub use nrmse::nrmse;
 pub use period::{Period, period};
 pub use resample::{interpolate, resample};

@@ -3,6 +3,7 @@
 use super::series::Series;
 use super::{pictures, terminal};
 use crate::dimension::{Analysis, Verdict};
+use crate::metric::half_width;
 use crate::provenance::Provenance;
 use crate::report::{Cell, Colour, Figure, Page, Table, number};
 
@@ -18,7 +19,10 @@ pub fn html(series: &Series, a: &Analysis, provenance: &Provenance) -> String {
         _ => Colour::Orange,
     };
     let headline = match a.dimension() {
-        Some(d) => format!("D = {d:.2} ± {}", number(a.std.unwrap_or(f64::NAN), 2)),
+        Some(d) => {
+            let half = half_width(a.std.unwrap_or(f64::NAN));
+            format!("D = {d:.2} ± {} (95 %)", number(half, 2))
+        }
         None => a.verdict.title().to_owned(),
     };
     let mut page = Page::new("Correlation dimension", &format!("{}.", series.name))

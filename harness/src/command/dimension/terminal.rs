@@ -6,6 +6,7 @@ use console::style;
 
 use super::series::Series;
 use crate::dimension::Analysis;
+use crate::metric::half_width;
 use crate::report::{number, with_unit};
 
 /// `value` samples, and in seconds where the interval is known.
@@ -22,9 +23,9 @@ pub fn rows(series: &Series, a: &Analysis) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
     if let Some(d) = a.dimension() {
-        let std = a
-            .std
-            .map_or(String::new(), |s| format!(" ± {}", number(s, 2)));
+        let std = a.std.map_or(String::new(), |s| {
+            format!(" ± {} (95 %)", number(half_width(s), 2))
+        });
         row("correlation dimension", format!("{d:.3}{std}"));
     }
     row("samples", samples(a.samples as f64, series));
@@ -48,9 +49,9 @@ pub fn rows(series: &Series, a: &Analysis) -> Vec<(String, String)> {
         row(
             "change over m",
             format!(
-                "{:+.3} ± {:.3} from m = {} to {}, {}",
+                "{:+.3} ± {:.3} (95 %) from m = {} to {}, {}",
                 c.change,
-                c.std,
+                half_width(c.std),
                 r.dimensions.0,
                 r.dimensions.1,
                 if c.is_plateau() {
@@ -88,7 +89,11 @@ pub fn rows(series: &Series, a: &Analysis) -> Vec<(String, String)> {
         };
         row(
             "largest Lyapunov exponent",
-            format!("{} ± {} {unit}", number(value, 3), number(std, 2)),
+            format!(
+                "{} ± {} {unit} (95 %)",
+                number(value, 3),
+                number(half_width(std), 2)
+            ),
         );
     }
     if let Some(p) = a.period.filter(|p| p.repeats()) {

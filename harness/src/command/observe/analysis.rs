@@ -3,7 +3,7 @@
 use super::characteristic::{self, Point};
 use super::{Arguments, Method};
 use crate::measurement::{FaultKind, Run};
-use crate::metric::{StickVelocity, plateau, quantile, stick_velocity};
+use crate::metric::{StickVelocity, half_width, plateau, quantile, stick_velocity};
 use crate::observer::{
     BeltVelocity, Bin, Contact, CurveSettings, DwellResult, Estimate, FrictionCurve, LawFit,
     LawPoints, NormalForce, ObserverError, Phase, PhaseMode, PoleRule, SegmentSettings, Settings,
@@ -184,11 +184,11 @@ pub fn observe(
                     "not determined by this record, kept as given"
                 };
                 remarks.push(format!(
-                    "Mode {}: {:.3} Hz given, {:.3} ± {:.3} Hz found; {kept}.",
+                    "Mode {}: {:.3} Hz given, {:.3} ± {:.3} Hz (95 %) found; {kept}.",
                     j + 1,
                     mode.given_hz,
                     mode.found_hz,
-                    mode.std_hz
+                    half_width(mode.std_hz)
                 ));
             }
             found.structure
@@ -405,7 +405,7 @@ fn contradiction(stated: f64, found: &StickVelocity) -> String {
         if percent > 0.0 { "high" } else { "low" },
         found.phases,
         found.velocity,
-        number(1.96 * found.std, 2),
+        number(half_width(found.std), 2),
     )
 }
 
@@ -429,17 +429,17 @@ fn judge(out: &mut Observation, record: &UniformRecord) {
     let duration = record.displacement.len() as f64 * record.interval;
     if let Some(slow) = out.drift.filter(Estimate::is_significant) {
         out.remarks.push(format!(
-            "The displacement drifts by {:.3} ± {:.3} mm over the record: sensor drift or slow change of friction, which one record cannot \
+            "The displacement drifts by {:.3} ± {:.3} mm (95 %) over the record: sensor drift or slow change of friction, which one record cannot \
              tell apart.",
             1e3 * slow.value * duration,
-            1e3 * slow.std * duration
+            1e3 * half_width(slow.std) * duration
         ));
     }
     match out.offset {
         Some(offset) if offset.is_significant() => out.remarks.push(format!(
-            "Slip in both directions shows a sensor offset of {:.4} ± {:.4} mm beyond the one subtracted; repeat with --offset.",
+            "Slip in both directions shows a sensor offset of {:.4} ± {:.4} mm (95 %) beyond the one subtracted; repeat with --offset.",
             1e3 * offset.value,
-            1e3 * offset.std
+            1e3 * half_width(offset.std)
         )),
         Some(_) => {}
         None => out.remarks.push(

@@ -1,6 +1,7 @@
 //! observer.html.
 
 use super::{Observation, pictures};
+use crate::metric::half_width;
 use crate::observer::{FittedParameter, LawFit};
 use crate::provenance::Provenance;
 use crate::report::{Cell, Colour, Page, Table, number, with_unit};
@@ -65,13 +66,13 @@ fn verdict(o: &Observation) -> (Colour, String, String) {
         .filter(|belt| belt.contradicts(o.belt_velocity));
     let friction = match (&o.dwell, o.best_law()) {
         (Some(dwell), Some(best)) => format!(
-            "Static coefficient {} ± {}; in slip the {} law fits best.",
+            "Static coefficient {}, scatter {} from stick to stick; in slip the {} law fits best.",
             number(dwell.mu_mean, 3),
             number(dwell.mu_std, 2),
             best.law.name()
         ),
         (Some(dwell), None) => format!(
-            "Static coefficient {} ± {}.",
+            "Static coefficient {}, scatter {} from stick to stick.",
             number(dwell.mu_mean, 3),
             number(dwell.mu_std, 2)
         ),
@@ -115,7 +116,7 @@ fn summary(o: &Observation) -> Table {
         let text = format!(
             "{:.6} ± {} m/s (95 %)",
             belt.velocity,
-            number(1.96 * belt.std, 2)
+            number(half_width(belt.std), 2)
         );
         table = row(
             table,
@@ -140,7 +141,11 @@ fn summary(o: &Observation) -> Table {
         table = row(
             table,
             "static coefficient",
-            format!("{} ± {}", number(d.mu_mean, 3), number(d.mu_std, 2)),
+            format!(
+                "{}, scatter {} from stick to stick",
+                number(d.mu_mean, 3),
+                number(d.mu_std, 2)
+            ),
         );
     }
     table

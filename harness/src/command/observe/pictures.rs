@@ -1,6 +1,7 @@
 //! The pictures of observer.html.
 
 use super::Observation;
+use crate::metric::half_width;
 use crate::observer::PhaseMode;
 use crate::report::{Axis, Colour, Plot};
 
@@ -67,8 +68,8 @@ pub fn force(o: &Observation, window: &std::ops::Range<usize>) -> Plot {
     .shade("stick", Colour::Grey, &sticks(o, window));
     let std = &o.force_std[window.clone()];
     if std.iter().all(|s| s.is_finite()) {
-        let low: Vec<f64> = f.iter().zip(std).map(|(f, s)| f - 1.96 * s).collect();
-        let high: Vec<f64> = f.iter().zip(std).map(|(f, s)| f + 1.96 * s).collect();
+        let low: Vec<f64> = f.iter().zip(std).map(|(f, s)| f - half_width(*s)).collect();
+        let high: Vec<f64> = f.iter().zip(std).map(|(f, s)| f + half_width(*s)).collect();
         plot = plot.band("95 % band", Colour::Sky, t, &low, &high);
     }
     plot.line("force", Colour::Blue, t, f)

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use console::style;
 
 use super::Observation;
+use crate::metric::half_width;
 use crate::report::{number, with_unit};
 
 /// A dozen lines.
@@ -33,7 +34,7 @@ pub fn summary(o: &Observation) -> String {
         let value = format!(
             "{:.6} ± {} m/s (95 %)",
             belt.velocity,
-            number(1.96 * belt.std, 2)
+            number(half_width(belt.std), 2)
         );
         line("belt velocity in stick", value);
     }
@@ -59,7 +60,11 @@ pub fn summary(o: &Observation) -> String {
     if let Some(dwell) = &o.dwell {
         line(
             "static coefficient",
-            format!("{} ± {}", number(dwell.mu_mean, 3), number(dwell.mu_std, 2)),
+            format!(
+                "{}, scatter {} from stick to stick",
+                number(dwell.mu_mean, 3),
+                number(dwell.mu_std, 2)
+            ),
         );
         line("dwell time", dwell.verdict().to_owned());
     }

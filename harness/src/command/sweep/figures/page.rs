@@ -3,7 +3,7 @@
 use super::PaperFigure;
 use super::claim::Verdict;
 use crate::provenance::Provenance;
-use crate::report::{Cell, Colour, Figure, Page, Table};
+use crate::report::{Axis, Bars, Cell, Colour, Figure, Page, Table};
 
 fn verdict(verdict: Verdict) -> Cell {
     let words = verdict.words().into();
@@ -11,6 +11,29 @@ fn verdict(verdict: Verdict) -> Cell {
         Verdict::Agrees => Cell::Number(words),
         Verdict::InPart | Verdict::Differs => Cell::Alert(words),
     }
+}
+
+/// How many of the numbers behind the claims of each figure keep their bounds.
+fn kept(figures: &[PaperFigure]) -> Bars {
+    let judged: Vec<&PaperFigure> = figures.iter().filter(|f| !f.claims.is_empty()).collect();
+    let names: Vec<String> = judged
+        .iter()
+        .map(|f| format!("Figure {}", f.number))
+        .collect();
+    let count = |wanted: bool| -> Vec<f64> {
+        let of = |f: &&PaperFigure| {
+            f.claims
+                .iter()
+                .flat_map(|c| &c.findings)
+                .filter(|f| f.holds() == wanted)
+                .count()
+        };
+        judged.iter().map(|f| of(f) as f64).collect()
+    };
+    Bars::new(Axis::linear("numbers of the model", "1"), &names)
+        .series("within the bound", Colour::Blue, &count(true))
+        .series("beyond it", Colour::Orange, &count(false))
+        .caption("For each figure of the paper, how many numbers of the model keep the bound that the paper's claim asks for.")
 }
 
 /// The finished document.
@@ -34,6 +57,7 @@ pub fn html(figures: &[PaperFigure], provenance: &Provenance) -> String {
          numbers with bounds.",
     )
     .banner(Colour::Blue, &headline, "", &[])
+    .figure(&kept(figures))
     .table(&summary)
     .paragraph(
         "A claim agrees if all its numbers keep their bounds, agrees in part if some do, differs if none does. The paper's measurements are not at \
