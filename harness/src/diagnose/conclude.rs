@@ -2,7 +2,7 @@
 
 use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
 use super::fit::Fit;
-use super::forecast::Forecast;
+use super::forecast::{Forecast, forecasts};
 use super::hypothesis::{Choice, Hypothesis, structure};
 use super::judge::Judgement;
 use super::knob::Scale;
@@ -80,7 +80,7 @@ pub fn conclude(
         "as given",
         &selection.as_given,
         &selection.as_given_holdout,
-        &selection.as_given_forecasts,
+        selection.as_given_forecasts.clone(),
     )];
     for i in 0..steps.len() {
         let step = if i == 0 {
@@ -96,7 +96,8 @@ pub fn conclude(
         // A step that is not believed is not on the ladder.
         if i == 0 || verdict != Verdict::NoMissingEffect {
             let at = &steps[i];
-            ladder.push(rung(&step, &at.fit, &at.holdout, &at.forecasts));
+            let ahead = forecasts(session, &at.trial)?;
+            ladder.push(rung(&step, &at.fit, &at.holdout, ahead));
         }
     }
     let last = if depth == 0 { 0 } else { steps.len() - 1 };
@@ -137,7 +138,7 @@ pub fn conclude(
     }
     Ok(Diagnosis {
         verdict,
-        forecast: steps[last].forecasts.clone(),
+        forecast: ladder[1 + last].forecasts.clone(),
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
         residual,
@@ -206,8 +207,8 @@ fn summarised(forecasts: &[Forecast]) -> (Option<f64>, Option<f64>) {
     (Some((squares / count).sqrt()), Some(times / count))
 }
 
-fn rung(step: &str, fit: &Judgement, holdout: &Judgement, forecasts: &[Forecast]) -> Rung {
-    let (forecast_nrmse, valid_time_s) = summarised(forecasts);
+fn rung(step: &str, fit: &Judgement, holdout: &Judgement, forecasts: Vec<Forecast>) -> Rung {
+    let (forecast_nrmse, valid_time_s) = summarised(&forecasts);
     let by_run = fit
         .by_run
         .iter()
@@ -221,6 +222,7 @@ fn rung(step: &str, fit: &Judgement, holdout: &Judgement, forecasts: &[Forecast]
         holdout_over_noise: holdout.quantile(0.5),
         forecast_nrmse,
         valid_time_s,
+        forecasts,
         by_run,
     }
 }

@@ -14,12 +14,12 @@
 
 use super::fit::{Data, Effort, Fitter};
 use super::hypothesis::{Hypothesis, structure};
-use super::judge::Care;
+use super::judge::{Care, from_fitted_runs};
 use super::null::gaussian;
 use super::own;
 use super::predictor::{Point, Predictor, ShotStart};
 use super::search::Trial;
-use super::session::{Session, deviation, parallel};
+use super::session::{Session, parallel};
 use super::shot::{Shot, cut, smooth_run};
 use crate::error::Error;
 use crate::measurement::{Run, Sampling};
@@ -32,6 +32,8 @@ const LEAST_LEARNED: f64 = 0.04;
 const CYCLES_LEARNED: f64 = 2.0;
 /// Error over the standard deviation of the displacement at which a forecast is no longer valid.
 const VALID: f64 = 0.4;
+/// Error over that deviation that counts for a forecast that ran away: as far off as the motion is wide.
+const RAN_AWAY: f64 = 2.0;
 /// Seed of the noise on the model's own motion.
 const SEED: u64 = 1;
 
@@ -63,6 +65,9 @@ pub struct Forecast {
     pub amplitude_m: Compared,
     /// Share of the time in stick.
     pub stick_share: Compared,
+    /// Index of the run.
+    #[serde(skip)]
+    pub index: usize,
     /// Times in s since the run began, and the free motion predicted in m, NaN once it was given up.
     #[serde(skip)]
     pub curve: (Vec<f64>, Vec<f64>),
@@ -94,13 +99,15 @@ fn forecast(session: &Session, trial: &Trial, r: usize) -> Result<Option<Forecas
     let Some(seen) = Seen::new(session, trial, measured, r, learned_s)? else {
         return Ok(None);
     };
-    let (time, free) = seen.free()?;
+    let ahead = seen.ahead()?;
+    let (time, free) = seen.after(&ahead);
     let spread = session.spread[r];
-    let valid_time_s = valid_time(&time, &measured.displacement[seen.past..], &free, spread);
+    let valid_time_s = valid_time(&time, &measured.displacement[seen.past..], free, spread);
     // The model's own motion, measured by the same sensor.
     let mut random = fastrand::Rng::with_seed(SEED);
     let noise = session.noise[r];
-    let truth = seen.whole()?;
+    let before = &measured.displacement[..seen.last.first];
+    let truth = [before, &ahead].concat();
     let own = Run {
         displacement: truth
             .iter()
@@ -111,8 +118,9 @@ fn forecast(session: &Session, trial: &Trial, r: usize) -> Result<Option<Forecas
     };
     let limit = match Seen::new(session, trial, &own, r, learned_s)? {
         Some(again) if truth.iter().all(|y| y.is_finite()) => {
-            let (time, free) = again.free()?;
-            valid_time(&time, &truth[again.past..], &free, spread)
+            let ahead = again.ahead()?;
+            let (time, free) = again.after(&ahead);
+            valid_time(&time, &truth[again.past..], free, spread)
         }
         _ => f64::NAN,
     };
@@ -122,7 +130,7 @@ fn forecast(session: &Session, trial: &Trial, r: usize) -> Result<Option<Forecas
         let usable = values.len() > 32 && values.iter().all(|v| v.is_finite());
         usable.then(|| characteristics(&time, values, belt, noise))
     };
-    let (seen_there, predicted) = (described(of_measured), described(&free));
+    let (seen_there, predicted) = (described(of_measured), described(free));
     let compared = |read: &dyn Fn(&crate::metric::Characteristics) -> Option<f64>| Compared {
         measured: seen_there.as_ref().and_then(read),
         predicted: predicted.as_ref().and_then(read),
@@ -136,7 +144,8 @@ fn forecast(session: &Session, trial: &Trial, r: usize) -> Result<Option<Forecas
         period_s: compared(&|c| c.period),
         amplitude_m: compared(&|c| Some(c.amplitude)),
         stick_share: compared(&|c| Some(c.stick_fraction)),
-        curve: (time, free),
+        index: r,
+        curve: (time.clone(), free.to_vec()),
     }))
 }
 
@@ -205,15 +214,7 @@ impl<'a> Seen<'a> {
         let mut runs = session.campaign.runs.clone();
         runs[index] = run.clone();
         let h = &trial.hypothesis;
-        let mut start = Point::centre(h, &shots);
-        start.shared.clone_from(&trial.fit.point.shared);
-        let fitted: Vec<usize> = (0..runs.len())
-            .filter(|&r| !session.held_out[r] && r != index)
-            .collect();
-        for &other in &fitted {
-            start.own[other].clone_from(&trial.fit.point.own[other]);
-        }
-        start.share_own(h, &fitted, &[index]);
+        let start = from_fitted_runs(session, trial, &shots);
         let mut predictor = Predictor::new(session.fmu, &session.references, &runs, h)?;
         let data = Data {
             shots: &shots,
@@ -237,8 +238,19 @@ impl<'a> Seen<'a> {
         }))
     }
 
+    fn predictor(&self) -> Result<Predictor<'_>, Error> {
+        let references = &self.session.references;
+        Predictor::new(self.session.fmu, references, &self.runs, self.hypothesis)
+    }
+
     /// The motion from the start of a piece at the run's samples from there to `end`; NaN where it ran away.
-    fn motion(&self, from: &Shot, start: &ShotStart, end: usize) -> Result<Vec<f64>, Error> {
+    fn motion(
+        &self,
+        predictor: &mut Predictor,
+        from: &Shot,
+        start: &ShotStart,
+        end: usize,
+    ) -> Vec<f64> {
         let run = &self.runs[self.index];
         let range = from.first..end;
         let long = Shot {
@@ -248,9 +260,8 @@ impl<'a> Seen<'a> {
             count: range.len(),
             ..from.clone()
         };
-        let (references, runs) = (&self.session.references, &self.runs);
-        let mut predictor = Predictor::new(self.session.fmu, references, runs, self.hypothesis)?;
         let mut out = Vec::new();
+        // A motion that the FMU can't follow ends there.
         let _ = predictor.predict(
             &long,
             &self.shared,
@@ -262,27 +273,20 @@ impl<'a> Seen<'a> {
             &mut out,
         );
         out.resize(range.len(), f64::NAN);
-        Ok(out)
+        out
     }
 
-    /// Times since the run began and the free motion after the first part.
-    fn free(&self) -> Result<(Vec<f64>, Vec<f64>), Error> {
-        let run = &self.runs[self.index];
-        let all = self.motion(&self.last, &self.start, run.time.len())?;
-        let skipped = self.past - self.last.first;
-        let time = run.time[self.past..]
-            .iter()
-            .map(|t| t - run.time[0])
-            .collect();
-        Ok((time, all[skipped..].to_vec()))
+    /// The free motion from the start of the last piece learned from to the end of the run.
+    fn ahead(&self) -> Result<Vec<f64>, Error> {
+        let end = self.runs[self.index].time.len();
+        Ok(self.motion(&mut self.predictor()?, &self.last, &self.start, end))
     }
 
-    /// The model's motion over the whole run: what was measured before the last piece learned from, the free motion after.
-    fn whole(&self) -> Result<Vec<f64>, Error> {
-        let run = &self.runs[self.index];
-        let mut out = run.displacement[..self.last.first].to_vec();
-        out.extend(self.motion(&self.last, &self.start, run.time.len())?);
-        Ok(out)
+    /// Times since the run began, and what of the motion [`Self::ahead`] lies after the first part.
+    fn after<'b>(&self, ahead: &'b [f64]) -> (Vec<f64>, &'b [f64]) {
+        let time = &self.runs[self.index].time;
+        let since = time[self.past..].iter().map(|t| t - time[0]);
+        (since.collect(), &ahead[self.past - self.last.first..])
     }
 
     /// Root mean square error in m of forecasts of each piece after the first part from the piece before it.
@@ -293,7 +297,7 @@ impl<'a> Seen<'a> {
         let mut point = Point::centre(h, &shots);
         point.shared.clone_from(&self.shared);
         point.own[r].clone_from(&self.own);
-        let mut predictor = Predictor::new(session.fmu, &session.references, &self.runs, h)?;
+        let mut predictor = self.predictor()?;
         let data = Data {
             shots: &shots,
             noise: &session.noise,
@@ -301,7 +305,7 @@ impl<'a> Seen<'a> {
         let filtered = Fitter::new(&mut predictor, h, &data, effort())
             .settle(point)
             .point;
-        drop(predictor);
+        let limit = RAN_AWAY * session.spread[r];
         let (mut sum, mut count) = (0.0, 0.0);
         let trusted = run.trusted();
         for k in 1..shots.len() {
@@ -310,15 +314,13 @@ impl<'a> Seen<'a> {
                 continue;
             }
             let end = to.first + to.time.len();
-            let all = self.motion(from, &filtered.start(k - 1), end)?;
+            let all = self.motion(&mut predictor, from, &filtered.start(k - 1), end);
             let past = from.first + from.time.len();
             for i in past..end {
                 if !trusted[i] {
                     continue;
                 }
                 let error = run.displacement[i] - all[i - from.first];
-                // What ran away is as far off as the motion is wide.
-                let limit = deviation(&run.displacement) * 2.0;
                 let error = if error.is_finite() {
                     error.abs().min(limit)
                 } else {

@@ -11,6 +11,7 @@ use super::own;
 use super::predictor::Point;
 use super::search::{self, STRIDE, Trial};
 use super::session::Session;
+use super::shot::Shot;
 use crate::error::Error;
 
 /// Errors of prediction.
@@ -153,16 +154,11 @@ pub fn held_out_from(
     both.sort_unstable();
     let learn = if local { both.clone() } else { learn };
     let learn_shots = session.copies(&learn);
-    let mut start = Point::centre(h, &learn_shots);
-    start.shared.clone_from(&trial.fit.point.shared);
-    let (out, fitted): (Vec<usize>, Vec<usize>) =
-        (0..session.held_out.len()).partition(|&run| session.held_out[run]);
-    // Friction levels of runs on one rig lie near each other, perhaps far from what was believed of them.
-    for &run in &fitted {
-        start.own[run].clone_from(&trial.fit.point.own[run]);
-    }
-    start.share_own(h, &fitted, &out);
+    let mut start = from_fitted_runs(session, trial, &learn_shots);
     if let Some((known, judged)) = smaller {
+        let out: Vec<usize> = (0..session.held_out.len())
+            .filter(|&run| session.held_out[run])
+            .collect();
         take_over(h, &learn, &mut start, known, judged, &out);
     }
     let effort = Effort {
@@ -203,6 +199,22 @@ pub fn held_out_from(
         whole: Some((both, fit.point)),
         ..judged
     })
+}
+
+/// Where what runs kept out have of their own is looked for: the shared knobs as fitted, and their own near those of the runs fitted.
+///
+/// Friction levels of runs on one rig lie near each other, perhaps far from what was believed of them.
+pub(super) fn from_fitted_runs(session: &Session, trial: &Trial, shots: &[Shot]) -> Point {
+    let h = &trial.hypothesis;
+    let mut start = Point::centre(h, shots);
+    start.shared.clone_from(&trial.fit.point.shared);
+    let (out, fitted): (Vec<usize>, Vec<usize>) =
+        (0..session.held_out.len()).partition(|&run| session.held_out[run]);
+    for &run in &fitted {
+        start.own[run].clone_from(&trial.fit.point.own[run]);
+    }
+    start.share_own(h, &fitted, &out);
+    start
 }
 
 /// Takes the start states of the shots `list`, and what the runs `runs` have of their own, from where a smaller

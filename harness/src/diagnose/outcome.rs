@@ -97,6 +97,9 @@ pub struct Rung {
     pub forecast_nrmse: Option<f64>,
     /// Mean time in s for which the free motion predicted stays near the measured one; likewise.
     pub valid_time_s: Option<f64>,
+    /// The forecasts that these come from.
+    #[serde(skip)]
+    pub forecasts: Vec<Forecast>,
     /// Error of each run, held-out error where it is kept out.
     pub by_run: Vec<f64>,
 }

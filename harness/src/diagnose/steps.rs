@@ -3,7 +3,6 @@
 use super::candidate::Role;
 use super::conclude::estimate;
 use super::contender::Contender;
-use super::forecast::{Forecast, forecasts};
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
 use super::predictor::Point;
@@ -29,8 +28,6 @@ pub struct Step {
     pub holdout: Judgement,
     /// How far from white the residuals of the fit are; below 1 for noise alone.
     pub colour: f64,
-    /// Forecasts of the runs kept out.
-    pub forecasts: Vec<Forecast>,
 }
 
 impl Step {
@@ -45,7 +42,6 @@ impl Step {
             fit: judge::of_fit(session, all, &trial.fit),
             holdout: judge::held_out(session, &trial, Care::Thorough)?,
             colour: whiteness::colour(session, shots, &trial)?,
-            forecasts: forecasts(session, &trial)?,
             trial,
         })
     }

@@ -2,8 +2,6 @@
 
 use super::{Material, scaled};
 use crate::diagnose::forecast::Forecast;
-use crate::diagnose::session::Session;
-use crate::measurement::Run;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 
 const MILLI: f64 = 1e3;
@@ -27,9 +25,7 @@ pub fn section(page: Page, material: &Material) -> Page {
         )
         .table(&table(forecasts));
     for forecast in forecasts {
-        if let Some(plot) = picture(material, forecast) {
-            page = page.figure(&plot);
-        }
+        page = page.figure(&picture(material, forecast));
     }
     page
 }
@@ -67,10 +63,10 @@ fn table(forecasts: &[Forecast]) -> Table {
     })
 }
 
-fn picture(material: &Material, forecast: &Forecast) -> Option<Plot> {
+fn picture(material: &Material, forecast: &Forecast) -> Plot {
     let session = material.session;
-    let (index, run) = of_name(session, &forecast.run)?;
-    let cycle = session.smoothings[index].cycle;
+    let run = &session.campaign.runs[forecast.index];
+    let cycle = session.smoothings[forecast.index].cycle;
     let cycles = if cycle.is_finite() {
         CYCLES * cycle
     } else {
@@ -93,11 +89,11 @@ fn picture(material: &Material, forecast: &Forecast) -> Option<Plot> {
         &scaled(&run.displacement[..shown], MILLI),
     );
     // Without the effect, where one was found.
-    let calibrated = material
-        .steps
-        .first()
+    let ladder = &material.diagnosis.error_ladder;
+    let calibrated = ladder
+        .get(1)
         .filter(|_| !material.diagnosis.effects.is_empty());
-    let before = calibrated.and_then(|step| step.forecasts.iter().find(|f| f.run == forecast.run));
+    let before = calibrated.and_then(|r| r.forecasts.iter().find(|f| f.index == forecast.index));
     let plot = match before {
         Some(before) => {
             let (when, predicted) = &before.curve;
@@ -128,17 +124,12 @@ fn picture(material: &Material, forecast: &Forecast) -> Option<Plot> {
             Colour::Grey,
             forecast.learned_s + forecast.valid_time_s,
         );
-    Some(plot.caption(&format!(
+    plot.caption(&format!(
         "{}, {} m/s, {}: measured motion and its forecast, valid for {} of {} that the noise allows.",
         run.name,
         number(run.belt_velocity, 3),
         with_unit(run.normal_force, "N"),
         with_unit(forecast.valid_time_s, "s"),
         with_unit(forecast.valid_time_limit_s, "s"),
-    )))
-}
-
-fn of_name<'a>(session: &'a Session, name: &str) -> Option<(usize, &'a Run)> {
-    let mut runs = session.campaign.runs.iter().enumerate();
-    runs.find(|(_, run)| run.name == name)
+    ))
 }

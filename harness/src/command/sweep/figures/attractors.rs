@@ -150,35 +150,39 @@ fn dimension(value: f64, paper: f64) -> Finding {
 const EXPONENT: &str = "largest Lyapunov exponent (variational equation)";
 
 fn regular_claim(a: &Attractor) -> Claim {
-    Claim::new(
+    attractor_claim(
         "At 41 N and 20 mm/s the motion is regular, of dimension 2.3.",
-        a.words.clone(),
-        vec![
-            Finding::new(
-                EXPONENT,
-                a.exponent,
-                "1/s",
-                Bound::AtMost(0.0),
-                "neighbours of a regular motion do not part",
-            ),
-            dimension(a.dimension, 2.3),
-        ],
+        a,
+        (
+            Bound::AtMost(0.0),
+            "neighbours of a regular motion do not part",
+        ),
+        2.3,
     )
 }
 
 fn irregular_claim(a: &Attractor) -> Claim {
-    Claim::new(
+    attractor_claim(
         "At 41 N and 210 mm/s the motion is irregular, of dimension 5.1.",
+        a,
+        (Bound::Above(0.0), "neighbours of a chaotic motion part"),
+        5.1,
+    )
+}
+
+/// A claim of how neighbours part, with the bound of their exponent and its reason, and of the dimension.
+fn attractor_claim(
+    paper: &str,
+    a: &Attractor,
+    (bound, reason): (Bound, &str),
+    of_dimension: f64,
+) -> Claim {
+    Claim::new(
+        paper,
         a.words.clone(),
         vec![
-            Finding::new(
-                EXPONENT,
-                a.exponent,
-                "1/s",
-                Bound::Above(0.0),
-                "neighbours of a chaotic motion part",
-            ),
-            dimension(a.dimension, 5.1),
+            Finding::new(EXPONENT, a.exponent, "1/s", bound, reason),
+            dimension(a.dimension, of_dimension),
         ],
     )
 }
