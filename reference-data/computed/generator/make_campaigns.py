@@ -1,24 +1,35 @@
 """Measurement campaigns from the simulated rig, with a hidden effect and their answers in truth.json.
 
 Every campaign is drawn anew: the true beam and friction data lie around the nominal ones that campaign.toml states (nuisance errors),
-every run starts anywhere on the belt, in stick at a random deflection or after a transient from there, its friction level scatters, and the display adds white noise.
-A strength of the hidden effect is kept only if switching it off changes the displacement plainly within 40 ms.
+every run starts anywhere on the belt, in stick at a random deflection or after a transient from there, its friction level scatters, and
+the display adds white noise. A strength of the hidden effect is kept only if switching it off changes the motion plainly within 40 ms.
 
-    python make_campaigns.py --out DIR --count N --seed S --kind single|none|pair|outside|mixed [--effect ID]
+    python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics]
 
-Conventions of truth.json: times and phases count from the first sample of a run (t = 0), belt travel s = 0 there; units SI; the names
-under "parameters" are those of simulate.PLACES. runs[i].start is the full state at the first sample, so a run can be replayed exactly:
-see replay(). visibility: root-mean-square difference over 40 ms with and without the effect, from the same state, over the noise; median over windows.
+KIND is one of
+    single, pair, none   one, two or no effects of the catalogue
+    outside              one that the catalogue does not have; with --new-physics one of simulate.NEW_PHYSICS
+    mixed                single, pair, none and outside at random
+    one-load             as single, or none in one of five campaigns; all runs at one operating point
+    misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
+    weak                 as single, of a third of the strength, under noise of 2 micrometres; not necessarily visible
+
+Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
+are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
+Times and phases count from the first sample of a run (t = 0), belt travel s = 0 there; units SI; the names under "parameters" are those of
+simulate.PLACES. runs[i].start is the full state at the first sample, so a run can be replayed exactly: see replay().
+visibility: root-mean-square difference over 40 ms with and without the effect, from the same state, over the noise; median over windows.
 """
 
 import argparse
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from simulate import EFFECTS, EXTRA, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start
+from simulate import EFFECTS, EXTRA, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
@@ -26,6 +37,21 @@ TIP_STIFFNESS = 26.3e3  # N/m, 3EI/l^3 of the nominal beam
 VISIBLE = (20.0, 4000.0)  # bounds on visibility
 NOISE = (5e-8, 2e-6)  # standard deviation of the display's noise, m; drawn log-uniform where the effect is visible
 COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
+WEAKER = 3.0  # --kind weak: draw_effect's strength over this
+WEAK_NOISE = 2e-6  # m
+STRENGTH = {  # effects with an amplitude, and its name
+    "belt_periodic_friction": "amplitude",
+    "belt_friction_profile": "rms",
+    "static_friction_aging": "gain",
+    "axial_load": "softening",
+    "cubic_stiffness": "coefficient",
+    "quadratic_drag": "coefficient",
+    "normal_force_coupling": "coefficient",
+    "normal_force_modulation": "amplitude",
+    "friction_drift": "change",
+    "viscous_friction": "coefficient",
+    "base_excitation": "amplitude",
+}
 PER_RUN = ("phase", "start")  # parameters with a value of their own in each run
 EXCLUDED_PAIRS = [  # pairs without a common meaning: a bristle has neither a dwell time nor a break-away
     {"presliding_compliance", "static_friction_aging"},
@@ -92,7 +118,32 @@ def draw_effect(rng, name, f1):
         "outside:asymmetric_damping": lambda: {"coefficient": lu(0.5, 8.0), "deflection_scale": 1e-4},
         "outside:parametric_stiffness": lambda: {"stiffness": TIP_STIFFNESS * lu(0.01, 0.08), "frequency": lu(10, 200)},
         "outside:normal_force_speed_coupling": lambda: {"coefficient": sign(rng) * lu(0.1, 0.6)},
+        "outside:frequency_drift": lambda: {"change": sign(rng) * lu(0.005, 0.04), "time_constant": lu(0.1, 0.6)},
+        "outside:ageing_law": lambda: {"gain": lu(0.01, 0.06), "slip_distance": lu(3e-5, 3e-4)},
+        "outside:frictional_heating": lambda: heating(share=lu(0.02, 0.2), tau=lu(0.02, 0.3)),
+        "outside:hysteresis": lambda: jenkins(TIP_STIFFNESS * lu(0.01, 0.1), lu(1e-4, 6e-4)),
+        "outside:quadratic_sensor": lambda: {"curvature": sign(rng) * lu(3.0, 30.0)},
+        "outside:cubic_sensor": lambda: {"curvature": sign(rng) * lu(3e3, 3e4)},
     }[name]()
+
+
+def draw_weak_effect(rng, name, f1):
+    """draw_effect() with a third of the strength."""
+    values = draw_effect(rng, name, f1)
+    values[STRENGTH[name]] /= WEAKER
+    if name == "belt_friction_profile":
+        values["node_values"] = np.round(np.array(values["node_values"]) / WEAKER, 9).tolist()
+    return values
+
+
+def heating(share, tau, power=4.0, coefficient=0.003):
+    """Friction falls by about `share` (1) where a power (W) is dissipated for much longer than tau (s); k = 0.003 1/K as of polymers."""
+    return {"coefficient": coefficient, "heat_capacity": coefficient * power * tau / share, "time_constant": tau}
+
+
+def jenkins(stiffness, slip_deflection):
+    """A Jenkins element of a stiffness (N/m) that slips from a deflection (m) on."""
+    return {"stiffness": stiffness, "slip_force": stiffness * slip_deflection}
 
 
 def draw_beam(rng):
@@ -109,13 +160,29 @@ def draw_beam(rng):
     )
 
 
+def draw_misstated(rng):
+    """A rig known only roughly: everything off by a share uniform within the bounds below, independently; damping as in draw_beam().
+
+    Natural frequencies 0.5 %, modal mass 3 %, tip values 5 %, mu_s, a1, v1, a2, c2 10 %, belt speed 2 %, normal force 5 %."""
+    off = lambda bound: 1 + rng.uniform(-bound, bound)
+    return Rig(
+        frequencies=[80.0 * off(0.005), 510.0 * off(0.005)],
+        damping=[0.00015 * rng.uniform(0.6, 1.4), 0.00085 * rng.uniform(0.6, 1.4)],
+        mass=0.427 * off(0.03),
+        mu_s=0.66 * off(0.1), a1=0.5 * off(0.1), v1=0.02 * off(0.1), a2=0.5 * off(0.1), c2=0.25 * off(0.1),
+        tip=[2.0 * off(0.05), -2.0 * off(0.05)],
+        drive=off(0.02),
+        weight=off(0.05),
+    )
+
+
 def run_effects(effects, run):
     """The effects with the values of their own that a run has (phases, place on the belt)."""
     return {name: {**values, **run["own"].get(name, {})} for name, values in effects.items()}
 
 
 def with_effects(rig, effects):
-    return Rig(rig.frequencies, rig.damping, rig.mass, rig.mu_s, rig.a1, rig.v1, rig.a2, rig.c2, rig.printed_law, effects)
+    return replace(rig, effects=effects)
 
 
 def draw_run(rng, rig, effects, point, args):
@@ -132,9 +199,9 @@ def draw_run(rng, rig, effects, point, args):
     # in stick below break-away, the beam bent by a constant force: from there the large stick-slip cycle builds up, and may later give
     # way to the small one near the second natural frequency that coexists with it
     transient = round(float(rng.uniform(0.01, 0.3)), 4) if rng.random() < args.transients else 0.0
-    force = rig.mu_s * normal_force * rng.uniform(0.3, 0.95)
-    q = [p * force / rig.mass / (2 * np.pi * f) ** 2 for p, f in zip((2.0, -2.0), rig.frequencies)]
-    state = start(truth_rig, q, [belt_velocity / 2, 0.0], mode=0)
+    force = rig.mu_s * rig.weight * normal_force * rng.uniform(0.3, 0.95)
+    q = [p * force / rig.mass / (2 * np.pi * f) ** 2 for p, f in zip(rig.tip, rig.frequencies)]
+    state = start(truth_rig, q, [rig.drive * belt_velocity / rig.tip[0], 0.0], mode=0)
     if "presliding_compliance" in effects:
         state.y[2 * truth_rig.modes() + Z] = -force / effects["presliding_compliance"]["bristle_stiffness"]
     state.stick_since = -transient
@@ -160,12 +227,14 @@ def draw_run(rng, rig, effects, point, args):
 
 
 def convert(state, n, other, belt_velocity):
-    """The state of one model as a start for the same rig with fewer effects: what only the dropped effect carries is left out."""
+    """The state of one model as a start for the same rig with fewer effects: what only the dropped effect carries is left out.
+
+    belt_velocity: the true one, m/s."""
     m = other.modes()
     y = np.zeros(2 * m + EXTRA)
     keep = min(n, m)
     y[:keep], y[m : m + keep], y[2 * m :] = state.y[:keep], state.y[n : n + keep], state.y[2 * n :]
-    phi = np.array([2.0 * (-1) ** j for j in range(m)])
+    phi = other.tip_values()
     if "belt_drive_compliance" not in other.effects:
         y[2 * m + X] = y[2 * m + XD] = 0.0
     if "sensor_lag" not in other.effects:
@@ -187,12 +256,28 @@ def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04):
         reduced = with_effects(rig, others)
         samples = round(window / 1e-4)
         for i in np.linspace(0, len(record.t) - 1 - samples, windows).astype(int):
-            state = convert(record.state(i), record.n, reduced, run["belt_velocity_m_per_s"])
+            state = convert(record.state(i), record.n, reduced, rig.drive * run["belt_velocity_m_per_s"])
             without = simulate(reduced, run["normal_force_n"], run["belt_velocity_m_per_s"], state, t0=record.t[i], duration=window,
                                level=run["friction_level"], substep=COARSE["presliding_compliance" in others])
             difference = record.measured[i : i + samples + 1] - without.measured
             found.append(float(np.sqrt(np.mean(difference**2))))
     return float(np.median(found))
+
+
+def draw_points(rng, args):
+    """Operating points (N, m/s) of a campaign's runs."""
+    if args.kind == "one-load":
+        return [POINTS[int(rng.integers(len(POINTS)))]] * (args.runs or 4)
+    return [POINTS[i] for i in rng.permutation(len(POINTS))[: args.runs or 6]]
+
+
+def noise_bounds(size, args):
+    """Least and largest noise (m) under which the effects are plainly visible; size: {effect: visible difference, m}."""
+    if args.kind == "weak":
+        return [args.noise or WEAK_NOISE] * 2
+    low = max([NOISE[0]] + [value / VISIBLE[1] for value in size.values()])
+    high = min([NOISE[1]] + [value / VISIBLE[0] for value in size.values()])
+    return (max(low, args.noise), min(high, args.noise)) if args.noise else (low, high)
 
 
 def draw_campaign(rng, names, args, points=None, effects=None):
@@ -201,18 +286,16 @@ def draw_campaign(rng, names, args, points=None, effects=None):
     points: operating points (N, m/s) instead of random ones; effects: {id: parameters} instead of random strengths."""
     fixed = points, effects
     for _ in range(60):
-        rig = draw_beam(rng)
-        effects = fixed[1] or {name: draw_effect(rng, name, rig.frequencies[0]) for name in names}
-        points = fixed[0] or [POINTS[i] for i in rng.permutation(len(POINTS))[: args.runs]]
+        rig = draw_misstated(rng) if args.kind == "misstated" else draw_beam(rng)
+        draw = draw_weak_effect if args.kind == "weak" else draw_effect
+        effects = fixed[1] or {name: draw(rng, name, rig.frequencies[0]) for name in names}
+        points = fixed[0] or draw_points(rng, args)
         drawn = [draw_run(rng, rig, effects, point, args) for point in points]
         if any(d is None for d in drawn):
             continue
         runs, records = [d[0] for d in drawn], [d[1] for d in drawn]
         size = {name: visibility(rig, effects, runs, records, name) for name in names}
-        low = max([NOISE[0]] + [value / VISIBLE[1] for value in size.values()])
-        high = min([NOISE[1]] + [value / VISIBLE[0] for value in size.values()])
-        if args.noise:
-            low, high = max(low, args.noise), min(high, args.noise)
+        low, high = noise_bounds(size, args)
         if low <= high:
             noise = log_uniform(rng, low, high)
             seen = {name: value / noise for name, value in size.items()}
@@ -228,13 +311,16 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         "true_mass": rig.mass, "true_law": {"mus": rig.mu_s, "v1": rig.v1, "a1": rig.a1, "a2": rig.a2, "c2": rig.c2},
         "points": [list(p) for p in points], "visibility": seen, "runs": runs,
     }
+    if args.kind == "misstated":
+        truth |= {"drive": rig.drive, "weight": rig.weight, "tip": with_effects(rig, effects).tip_values().tolist()}
     return truth, records
 
 
 def true_rig(truth):
-    """Beam and friction law as truth.json describes them, without effects."""
+    """Beam, friction law, tip values, drive and weight as truth.json describes them, without effects."""
     law = truth["true_law"]
-    return Rig(truth["true_f_hz"][:2], truth["true_D"][:2], truth["true_mass"], law["mus"], law["a1"], law["v1"], law["a2"], law["c2"])
+    return Rig(truth["true_f_hz"][:2], truth["true_D"][:2], truth["true_mass"], law["mus"], law["a1"], law["v1"], law["a2"], law["c2"],
+               tip=truth.get("tip", [2.0, -2.0])[:2], drive=truth.get("drive", 1.0), weight=truth.get("weight", 1.0))
 
 
 def replay(truth, i, duration=0.6, dt=1e-4):
@@ -259,24 +345,25 @@ def write_run(folder, file, run, record, noise, rng, resolution=2.5e-9):
 def write_campaign(folder, name, truth, records, rng):
     """campaign.toml with the nominal beam, and one CSV per run."""
     folder.mkdir(parents=True, exist_ok=True)
-    lines = [f'name = "{name}"', "# tip displacement by laser vibrometer; time in s, displacement in m", "",
-             "[beam]  # as identified by modal analysis before the tests; a few tenths of a percent uncertain"]
+    known = "nominal, a few percent uncertain; so are the belt speeds, all by one factor, and the normal forces" if "drive" in truth else (
+        "as identified by modal analysis before the tests; a few tenths of a percent uncertain")
+    lines = [f'name = "{name}"', "# tip displacement by laser vibrometer; time in s, displacement in m", "", f"[beam]  # {known}"]
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
     for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
         lines += write_run(folder, f"run{i:02d}.csv", run, record, truth["noise_m"], rng)
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def choose(rng, kind, count, effect=None):
+def choose(rng, kind, count, effect=None, new_physics=False):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
-    catalogue, outside = list(EFFECTS), list(OUTSIDE)
+    catalogue, outside = list(STRENGTH if kind == "weak" else EFFECTS), list(NEW_PHYSICS if new_physics else OUTSIDE)
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
     singles, outsides = cycle(catalogue), cycle(outside)
 
     def one(kind, i):
         if kind == "none":
             return []
-        if kind == "single":
+        if kind in ("single", "weak"):
             return [effect or singles[i]]
         if kind == "outside":
             return [effect or outsides[i]]
@@ -285,6 +372,9 @@ def choose(rng, kind, count, effect=None):
             if pair[0] != pair[1] and set(pair) not in EXCLUDED_PAIRS:
                 return pair
 
+    if kind in ("misstated", "one-load"):
+        empty, rest = rng.permutation(count)[: count // 5], iter(singles)
+        return [[] if i in empty else [effect or next(rest)] for i in range(count)]
     if kind == "mixed":
         kinds = rng.choice(["single", "none", "outside", "pair"], size=count, p=[0.6, 0.1, 0.15, 0.15])
         return [one(str(k), i) for i, k in enumerate(kinds)]
@@ -296,22 +386,34 @@ def parser():
     p.add_argument("--out", type=Path, required=True)
     p.add_argument("--count", type=int, default=1)
     p.add_argument("--seed", type=int, default=1)
-    p.add_argument("--kind", choices=["single", "none", "pair", "outside", "mixed"], default="mixed")
-    p.add_argument("--effect", choices=list(PLACES), help="hide this effect (with --kind single, outside or pair)")
-    p.add_argument("--runs", type=int, default=6)
+    p.add_argument("--kind", choices=["single", "none", "pair", "outside", "mixed", "misstated", "one-load", "weak"], default="mixed")
+    p.add_argument("--effect", choices=list(PLACES), help="hide this effect (with a kind that hides any)")
+    p.add_argument("--new-physics", action="store_true", help="effects outside the catalogue are those that nothing in the project mirrors")
+    p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
-    p.add_argument("--noise", type=float, default=0.0, help="standard deviation, m; 0 draws it from 0.05 to 2 micrometres")
+    p.add_argument("--noise", type=float, default=0.0,
+                   help="standard deviation, m; 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak")
     p.add_argument("--offset", type=float, default=0.0, help="standard deviation of the sensor's offset, m")
     p.add_argument("--level-scatter", type=float, default=0.005, help="standard deviation of the friction level from run to run, 1")
     return p
 
 
+def parse(argv=None):
+    p = parser()
+    args = p.parse_args(argv)
+    if args.new_physics and args.kind not in ("outside", "mixed"):
+        p.error("--new-physics goes with --kind outside or mixed")
+    if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
+        p.error(f"{args.effect} has no amplitude for --kind weak")
+    return args
+
+
 def main(argv=None):
-    args = parser().parse_args(argv)
+    args = parse(argv)
     rng = np.random.default_rng(args.seed)
     answers = []
-    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect), 1):
+    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, args.new_physics), 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"

@@ -10,6 +10,16 @@ Equations
     stick   v_r = 0, F = constraint force, held while |F| <= mu_s F_N
     mu(v) = mu_0 [1 - a1 + a1 exp(-|v|/v1)] [1 - a2 + a2 exp(-c2 |v|)]     (eq. 7, exponent read as |v_r|/c1)
 
+New physics (of no kind that the catalogue or the diagnosis's own terms know)
+    outside:frequency_drift     f_1 -> f_1 [1 + a (1 - exp(-t/tau))]; change a (1), time_constant tau (s); f_1 before t = 0
+    outside:ageing_law          mu -> mu [1 + b ln(theta v_0/L)], the factor kept in 0.5 .. 1.5, theta' = 1 - |v_r| theta/L, also in stick;
+                                gain b (1), slip_distance L (m), v_0 the belt's speed (m/s), theta the contact's age (s), L/v_0 at first
+    outside:frictional_heating  mu -> mu/(1 + k T), C T' = |F v_r| - C T/tau; coefficient k (1/K), heat_capacity C (J/K),
+                                time_constant tau (s), T the contact's temperature over the belt's (K), 0 at first
+    outside:hysteresis          tip force -h, h' = k w', |h| <= h_0 (Jenkins element); stiffness k (N/m), slip_force h_0 (N); h = 0 at first
+    outside:quadratic_sensor    measured = w + c w^2; curvature c (1/m)
+    outside:cubic_sensor        measured = w + c w^3; curvature c (1/m^2)
+
 Symbols: q_j modal coordinate (m), D_j damping ratio, w_j = 2 pi f_j, m modal mass (kg), phi_j(1) = +2, -2, +2, ...,
 F_N normal force (N), v1 Stribeck velocity (m/s), c2 (s/m), mu_0 static friction coefficient (v_r -> 0).
 
@@ -78,12 +88,19 @@ def beam_integrals(n):
     O_ASYM, O_ASYM_W,  # outside:asymmetric_damping, N s/m, m
     O_PAR_K, O_PAR_F, O_PAR_P,  # outside:parametric_stiffness, N/m, Hz, rad
     O_NV,  # outside:normal_force_speed_coupling, s/m
+    O_FREQ_A, O_FREQ_TAU,  # outside:frequency_drift, 1, s
+    O_AGE_B, O_AGE_L,  # outside:ageing_law, 1, m
+    O_HEAT_K, O_HEAT_C, O_HEAT_TAU,  # outside:frictional_heating, 1/K, J/K, s
+    O_HYST_K, O_HYST_F,  # outside:hysteresis, N/m, N
+    O_CURVE2, O_CURVE3,  # outside:quadratic_sensor, 1/m; outside:cubic_sensor, 1/m^2
     SIZE,
-) = range(55)
+) = range(66)
 
 # Places in the state vector after q_1..q_n, q_1'..q_n'
 S, U, Z, X, XD, Y, R = range(7)  # belt travel, lagged speed, bristle, belt-drive displacement and velocity, sensor, slip memory
-EXTRA = 7
+A, T, H = range(7, 10)  # contact's age theta v_0/L - 1 (1), its temperature (K), hysteretic force (N)
+EXTRA = 10
+AGE_BOUNDS = 0.5, 1.5  # of the factor of outside:ageing_law, 1
 STICK = 0
 
 
@@ -106,6 +123,20 @@ def _profile(s, p, nodes):
     d = (x - i) * p[PROFILE_DX]
     k = int(i) % n
     return ((nodes[0, k] * d + nodes[1, k]) * d + nodes[2, k]) * d + nodes[3, k]
+
+
+@njit(cache=True)
+def _drifted(t, p):
+    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2."""
+    if p[O_FREQ_A] == 0.0 or t <= 0.0:
+        return 1.0
+    return (1.0 + p[O_FREQ_A] * (1.0 - math.exp(-t / p[O_FREQ_TAU]))) ** 2
+
+
+@njit(cache=True)
+def _aged(age, p):
+    """Factor on mu (1): 1 + b ln(theta v_0/L), bounded; age = theta v_0/L - 1."""
+    return min(max(1.0 + p[O_AGE_B] * math.log(max(1.0 + age, 1e-9)), AGE_BOUNDS[0]), AGE_BOUNDS[1])
 
 
 @njit(cache=True)
@@ -133,6 +164,10 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     if p[O_DIR] != 0.0:
         factor *= 1.0 + p[O_DIR] * math.tanh(wd / p[O_DIR_V])
     factor *= 1.0 + p[O_RAND] * xi
+    if p[O_AGE_B] != 0.0:
+        factor *= _aged(y[e + A], p)
+    if p[O_HEAT_C] != 0.0:
+        factor /= 1.0 + p[O_HEAT_K] * y[e + T]
     belt = p[V0]
     belt_rate = 0.0
     if p[O_RIP_A] != 0.0:
@@ -144,8 +179,9 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     if p[BASE_A] != 0.0:
         shake = p[BASE_A] * math.cos(2.0 * math.pi * p[BASE_F] * t + p[BASE_P])
     free = 0.0
+    stiffening = _drifted(t, p)
     for j in range(n):
-        a = -dmp[j] * y[n + j] - w2[j] * y[j] - shake * inertia[j]
+        a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
         for i in range(n):
             a += soft[j, i] * y[i]
         free += phi[j] * a
@@ -156,6 +192,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         other -= p[O_ASYM] * wd * 0.5 * (1.0 + math.tanh(w / p[O_ASYM_W]))
     if p[O_PAR_K] != 0.0:
         other -= p[O_PAR_K] * math.cos(2.0 * math.pi * p[O_PAR_F] * t + p[O_PAR_P]) * w
+    if p[O_HYST_K] != 0.0:
+        other -= min(max(y[e + H], -p[O_HYST_F]), p[O_HYST_F])
     return w, wd, normal, factor, belt, belt_rate, free, other, shake
 
 
@@ -216,8 +254,9 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         else:
             force = -mode * mu * normal
     tip = (force + other) / mass
+    stiffening = _drifted(t, p)
     for j in range(n):
-        a = -dmp[j] * y[n + j] - w2[j] * y[j] - shake * inertia[j]
+        a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
         for i in range(n):
             a += soft[j, i] * y[i]
         dy[j] = y[n + j]
@@ -229,6 +268,15 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     dy[e + Y] = 0.0
     if p[SENSOR_TAU] != 0.0:
         dy[e + Y] = (w - y[e + Y]) / p[SENSOR_TAU]
+    dy[e + A] = 0.0
+    if p[O_AGE_B] != 0.0:
+        dy[e + A] = (p[V0] - speed * (1.0 + y[e + A])) / p[O_AGE_L]
+    dy[e + T] = 0.0
+    if p[O_HEAT_C] != 0.0:
+        dy[e + T] = -force * vr / p[O_HEAT_C] - y[e + T] / p[O_HEAT_TAU]
+    dy[e + H] = 0.0
+    if p[O_HYST_K] != 0.0 and (abs(y[e + H]) < p[O_HYST_F] or y[e + H] * wd < 0.0):
+        dy[e + H] = p[O_HYST_K] * wd
     return force
 
 
@@ -247,6 +295,8 @@ def _step(t, h, y, out, k1, k2, k3, k4, tmp, mode, n, phi, w2, dmp, soft, mass, 
     _rates(t + h, tmp, k4, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi)
     for i in range(m):
         out[i] = y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+    if p[O_HYST_K] != 0.0:
+        out[2 * n + H] = min(max(out[2 * n + H], -p[O_HYST_F]), p[O_HYST_F])
 
 
 @njit(cache=True)
@@ -435,16 +485,26 @@ OUTSIDE = {
     "outside:parametric_stiffness": {"stiffness": O_PAR_K, "frequency": O_PAR_F, "phase": O_PAR_P},
     "outside:normal_force_speed_coupling": {"coefficient": O_NV},
 }
-PLACES = {**EFFECTS, **OUTSIDE}
+NEW_PHYSICS = {
+    "outside:frequency_drift": {"change": O_FREQ_A, "time_constant": O_FREQ_TAU},
+    "outside:ageing_law": {"gain": O_AGE_B, "slip_distance": O_AGE_L},
+    "outside:frictional_heating": {"coefficient": O_HEAT_K, "heat_capacity": O_HEAT_C, "time_constant": O_HEAT_TAU},
+    "outside:hysteresis": {"stiffness": O_HYST_K, "slip_force": O_HYST_F},
+    "outside:quadratic_sensor": {"curvature": O_CURVE2},
+    "outside:cubic_sensor": {"curvature": O_CURVE3},
+}
+PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS}
 
 
 @dataclass
 class Rig:
     """Beam, friction law and effects.
 
-    effects: {id: {parameter: value}} with the names of EFFECTS and OUTSIDE above, and besides them
+    tip: phi_j(1) of the first modes (1); further modes have those of eq. (6).
+    drive, weight: true over stated belt speed and normal force (1).
+    effects: {id: {parameter: value}} with the names of PLACES above, and besides them
         third_mode             frequency (Hz), damping_ratio (1)
-        axial_load             softening (1/N): K_ij -> K_ij - c F_N m w_1^2 G_ij/G_11, F_N the nominal normal force of the run
+        axial_load             softening (1/N): K_ij -> K_ij - c F_N m w_1^2 G_ij/G_11, F_N the constant normal force of the run
         static_friction_aging  form "exp" (default) or "log"
         belt_friction_profile  node_distance (m), node_values (list, 1): a periodic cubic spline; start (m), place at s = 0
         outside:random_friction  draws (list of standard normal numbers, one per arrival at v_r = 0)
@@ -460,19 +520,27 @@ class Rig:
     c2: float = 0.25
     printed_law: bool = False
     effects: dict = field(default_factory=dict)
+    tip: list = field(default_factory=lambda: [2.0, -2.0])
+    drive: float = 1.0
+    weight: float = 1.0
 
     def modes(self):
         return len(self.frequencies) + ("third_mode" in self.effects)
 
+    def tip_values(self):
+        """phi_j(1) (1) of all modes."""
+        return np.array([*self.tip, *(2.0 * (-1) ** j for j in range(len(self.tip), self.modes()))][: self.modes()])
+
     def build(self, normal_force, belt_velocity, level=1.0):
-        """Arrays of the equations of motion for one operating point (N, m/s); level multiplies mu."""
+        """Arrays of the equations of motion for one operating point as stated (N, m/s); level multiplies mu."""
+        normal_force, belt_velocity = self.weight * normal_force, self.drive * belt_velocity
         f, d = list(self.frequencies), list(self.damping)
         if "third_mode" in self.effects:
             f.append(self.effects["third_mode"]["frequency"])
             d.append(self.effects["third_mode"]["damping_ratio"])
         n = len(f)
         omega = 2 * np.pi * np.array(f)
-        phi = np.array([2.0 * (-1) ** j for j in range(n)])
+        phi = self.tip_values()
         g, inertia = beam_integrals(n)
         c = self.effects.get("axial_load", {}).get("softening", 0.0)
         soft = c * normal_force * omega[0] ** 2 * g / g[0, 0]
@@ -496,9 +564,14 @@ class Rig:
                     p=p, nodes=nodes, draws=draws)
 
 
+NEW_STATES = {"contact_age": A, "contact_temperature": T, "hysteretic_force": H}
+
+
 @dataclass
 class State:
-    """Where a run starts. y = q (n), q' (n), s, u, z, x, x', sensor, slip memory; mode 0, +1, -1; stick_since and t in s."""
+    """Where a run starts. y = q (n), q' (n), then as S .. H above; mode 0, +1, -1; stick_since and t in s.
+
+    named() leaves out those of NEW_STATES that are 0."""
 
     y: np.ndarray
     mode: int = 0
@@ -510,12 +583,14 @@ class State:
         return {"q": self.y[:n].tolist(), "q_dot": self.y[n:e].tolist(), "belt_travel": float(self.y[e + S]),
                 "lagged_speed": float(self.y[e + U]), "bristle": float(self.y[e + Z]), "drive_displacement": float(self.y[e + X]),
                 "drive_velocity": float(self.y[e + XD]), "sensor": float(self.y[e + Y]), "slip_memory": float(self.y[e + R]),
-                "mode": int(self.mode), "stick_since": float(self.stick_since), "event_number": int(self.event_number)}
+                "mode": int(self.mode), "stick_since": float(self.stick_since), "event_number": int(self.event_number),
+                **{name: float(self.y[e + place]) for name, place in NEW_STATES.items() if self.y[e + place] != 0.0}}
 
     @staticmethod
     def from_named(d):
         y = np.array(d["q"] + d["q_dot"] + [d["belt_travel"], d["lagged_speed"], d["bristle"], d["drive_displacement"],
-                                            d["drive_velocity"], d["sensor"], d["slip_memory"]])
+                                            d["drive_velocity"], d["sensor"], d["slip_memory"]]
+                     + [d.get(name, 0.0) for name in NEW_STATES])
         return State(y, d["mode"], d["stick_since"], d["event_number"])
 
 
@@ -531,6 +606,7 @@ class Record:
     event_number: np.ndarray
     events: np.ndarray  # columns: time (s), mode left
     lagging_sensor: bool
+    curve: tuple  # curvatures of the sensor, 1/m and 1/m^2
 
     @property
     def w(self):
@@ -542,8 +618,9 @@ class Record:
 
     @property
     def measured(self):
-        """What a perfect display shows: tip displacement (m) after the sensor's low-pass, before noise and offset."""
-        return self.y[:, 2 * self.n + Y] if self.lagging_sensor else self.w
+        """What a perfect display shows: tip displacement (m) after the sensor's low-pass and curve, before noise and offset."""
+        x = self.y[:, 2 * self.n + Y] if self.lagging_sensor else self.w
+        return x + self.curve[0] * x**2 + self.curve[1] * x**3
 
     def state(self, i):
         return State(self.y[i].copy(), int(self.mode[i]), float(self.stick_since[i]), int(self.event_number[i]))
@@ -555,7 +632,7 @@ def start(rig, q, q_dot, mode=None, belt_velocity=None):
     y = np.zeros(2 * n + EXTRA)
     y[: len(q)] = q
     y[n : n + len(q_dot)] = q_dot
-    phi = np.array([2.0 * (-1) ** j for j in range(n)])
+    phi = rig.tip_values()
     y[2 * n + Y] = phi @ y[:n]
     if mode is None:
         mode = 1 if phi @ y[n : 2 * n] > belt_velocity else -1
@@ -565,7 +642,7 @@ def start(rig, q, q_dot, mode=None, belt_velocity=None):
 
 
 def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1e-4, level=1.0, substep=None, max_events=200000):
-    """Samples at t0, t0 + dt, ... (duration/dt of them, and one more at the end) and all transitions. N, m/s, s."""
+    """Samples at t0, t0 + dt, ... (duration/dt of them, and one more at the end) and all transitions. N, m/s as stated, s."""
     b = rig.build(normal_force, belt_velocity, level)
     if substep is None:
         substep = 1e-6 if b["p"][LG_S0] != 0.0 else 2.5e-6
@@ -577,4 +654,5 @@ def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1
         substeps, b["n"], b["phi"], b["w2"], b["dmp"], b["soft"], b["mass"], b["inertia"], b["p"], b["nodes"], b["draws"],
         events, max_events)
     return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, mode, since, numbers,
-                  events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0)
+                  events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0,
+                  (b["p"][O_CURVE2], b["p"][O_CURVE3]))

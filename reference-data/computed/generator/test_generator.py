@@ -13,10 +13,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from make_campaigns import draw_beam, draw_campaign, draw_effect, parser, replay, smooth_profile
+from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign, draw_effect, draw_misstated, draw_weak_effect, main, parse,
+                            parser, replay, smooth_profile)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
-from simulate import EFFECTS, OUTSIDE, PLACES, S, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
+from simulate import EFFECTS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
 
 DEMO = FOLDER.parents[1] / "demo"
 
@@ -51,6 +52,7 @@ def every_slip_effect():
             rig.effects[k]["phase"] = float(rng.uniform(0, 2 * np.pi))
     rig.effects["belt_friction_profile"]["start"] = 0.3
     rig.effects["outside:random_friction"]["draws"] = [0.7]
+    rig.tip, rig.drive, rig.weight = [1.95, -2.07], 1.015, 0.97
     return rig
 
 
@@ -61,16 +63,17 @@ def test_all_effects_together_agree_with_a_plain_twin_in_slip():
     n, mass = 3, rig.mass
     f = np.array(rig.frequencies + [e["third_mode"]["frequency"]])
     d = np.array(rig.damping + [e["third_mode"]["damping_ratio"]])
-    phi, om = np.array([2.0, -2.0, 2.0]), 2 * np.pi * f
+    phi, om = np.array([1.95, -2.07, 2.0]), 2 * np.pi * f
     g, inertia = beam_integrals(3)
-    soft = e["axial_load"]["softening"] * force_n * om[0] ** 2 * g / g[0, 0]
     built = rig.build(force_n, v0)
+    stated, (force_n, v0) = (force_n, v0), (0.97 * force_n, 1.015 * v0)
+    soft = e["axial_load"]["softening"] * force_n * om[0] ** 2 * g / g[0, 0]
 
     def wave(x, t):
         return x.get("amplitude", 1.0) * math.cos(2 * math.pi * x["frequency"] * t + x["phase"])
 
     def rhs(t, y):
-        q, qd, (s, u, x, xd, sensor) = y[:3], y[3:6], y[6:]
+        q, qd, (s, u, x, xd, sensor, age, warmth, held) = y[:3], y[3:6], y[6:]
         w, wd = phi @ q, phi @ qd
         belt = v0 * (1 + wave(e["outside:belt_speed_ripple"], t)) + xd
         normal = force_n * (1 + e["normal_force_coupling"]["coefficient"] * w)
@@ -82,6 +85,9 @@ def test_all_effects_together_agree_with_a_plain_twin_in_slip():
         factor *= 1 + dr["change"] * (1 - math.exp(-t / dr["time_constant"]))
         factor *= 1 + dd["asymmetry"] * math.tanh(wd / dd["velocity_scale"])
         factor *= 1 + e["outside:random_friction"]["scatter"] * 0.7
+        factor *= 1 + e["outside:ageing_law"]["gain"] * math.log(1 + age)
+        heat, hysteresis = e["outside:frictional_heating"], e["outside:hysteresis"]
+        factor /= 1 + heat["coefficient"] * warmth
         mu = rig.mu_s * (1 - rig.a1 + rig.a1 * math.exp(-u / rig.v1)) * (1 - rig.a2 + rig.a2 * math.exp(-rig.c2 * u))
         mu = (mu + e["viscous_friction"]["coefficient"] * u) * factor
         vr = wd - belt
@@ -92,18 +98,24 @@ def test_all_effects_together_agree_with_a_plain_twin_in_slip():
         tip -= stop["stiffness"] * max(0.0, w - stop["gap"])
         tip -= par["stiffness"] * math.cos(2 * math.pi * par["frequency"] * t + par["phase"]) * w
         tip -= asym["coefficient"] * wd * 0.5 * (1 + math.tanh(w / asym["deflection_scale"]))
-        qdd = -2 * d * om * qd - om**2 * q + soft @ q + phi * tip / mass - wave(e["base_excitation"], t) * inertia
+        tip -= held
+        drift = e["outside:frequency_drift"]
+        drifted = om * [1 + drift["change"] * (1 - math.exp(-t / drift["time_constant"])), 1, 1]
+        qdd = -2 * d * om * qd - drifted**2 * q + soft @ q + phi * tip / mass - wave(e["base_excitation"], t) * inertia
         drive = e["belt_drive_compliance"]
         xdd = (-friction - drive["damping"] * xd - drive["stiffness"] * x) / drive["mass"]
         return [*qd, *qdd, belt - wd, (abs(vr) - u) / e["frictional_lag"]["time_constant"], xd, xdd,
-                (w - sensor) / e["sensor_lag"]["time_constant"]]
+                (w - sensor) / e["sensor_lag"]["time_constant"], (v0 - abs(vr) * (1 + age)) / e["outside:ageing_law"]["slip_distance"],
+                abs(friction * vr) / heat["heat_capacity"] - warmth / heat["time_constant"],
+                hysteresis["stiffness"] * wd if abs(held) < hysteresis["slip_force"] or held * wd < 0 else 0.0]
 
     state = start(rig, [2e-4, 1e-5, 0.0], [0.01, 0.0, 0.0], belt_velocity=v0)
     state.y[6 + U] = v0
-    record = simulate(rig, force_n, v0, state, duration=0.03, dt=1e-3, level=level)
-    y0 = np.concatenate([state.y[:6], state.y[[6 + S, 6 + U, 6 + X, 6 + XD, 6 + Y]]])
+    record = simulate(rig, *stated, state, duration=0.03, dt=1e-3, level=level)
+    carried = [6 + place for place in (S, U, X, XD, Y, A, T, H)]
+    y0 = np.concatenate([state.y[:6], state.y[carried]])
     twin = solve_ivp(rhs, (0, 0.03), y0, method="DOP853", rtol=1e-11, atol=1e-14, t_eval=record.t[:-1], max_step=2e-5)
-    mine = record.y[:-1][:, [0, 1, 2, 3, 4, 5, 6 + S, 6 + U, 6 + X, 6 + XD, 6 + Y]].T
+    mine = record.y[:-1][:, [0, 1, 2, 3, 4, 5, *carried]].T
     scale = np.abs(twin.y).max(axis=1, keepdims=True)
     assert len(record.events) == 0
     assert (np.abs(mine - twin.y) / scale).max() < 1e-6
@@ -165,6 +177,140 @@ def test_belt_travel_stands_still_in_stick_and_is_belt_minus_tip_otherwise():
     assert np.allclose(travel, 0.06 * record.t - (record.w - record.w[0]), atol=1e-12)
     stick = (record.mode[:-1] == 0) & (record.mode[1:] == 0) & (record.stick_since[:-1] == record.stick_since[1:])
     assert (np.diff(travel)[stick] == 0).all()
+
+
+# ------------------------------------------------------------------------------------------------ misstated inputs
+def test_constant_friction_bends_the_beam_by_the_squares_of_the_true_tip_values():
+    """Undamped, from rest: q_j = phi_j(1) mu_0 F_N/(m w_j^2) (1 - cos w_j t), w = sum phi_j(1) q_j, with the true F_N."""
+    rig = Rig(damping=[0.0, 0.0], a1=0.0, a2=0.0, tip=[2.08, -1.91], weight=1.04)
+    record = simulate(rig, 60.0, 1000.0, start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=1000.0), duration=0.05)
+    om = 2 * np.pi * np.array(rig.frequencies)
+    exact = (1 - np.cos(np.outer(record.t, om))) @ (np.array([2.08, 1.91]) ** 2 * 0.66 * 1.04 * 60.0 / (rig.mass * om**2))
+    assert np.abs(record.w - exact).max() < 1e-10
+
+
+def test_stick_ends_at_the_true_normal_force_and_goes_with_the_true_belt():
+    rig = Rig(drive=1.02, weight=0.95)
+    record = simulate(rig, 60.0, 0.05, start(rig, [0.0, 0.0], [0.051 / 2, 0.0], mode=0), duration=0.1, dt=1e-6)
+    end = int(record.events[0, 0] / 1e-6)
+    assert record.w[end] / record.t[end] == pytest.approx(0.05 * 1.02, rel=1e-9)
+    assert record.force[end] == pytest.approx(0.66 * 60 * 0.95, rel=2e-4)
+
+
+# ----------------------------------------------------------------------------------------------------- new physics
+def test_drifting_frequency_turns_the_phase_by_its_integral_and_keeps_the_action():
+    """Slow drift, undamped: q_1 = A (f_0/f)^(1/2) cos(2 pi int f dt) (WKB), and energy over frequency stays."""
+    a, tau, f0 = 0.03, 0.2, 80.0
+    rig = Rig(damping=[0.0, 0.0], effects={"outside:frequency_drift": {"change": a, "time_constant": tau}})
+    record = simulate(rig, 0.0, 1000.0, start(rig, [1e-3, 0.0], [0.0, 0.0], belt_velocity=1000.0), duration=0.6)
+    t = record.t
+    f = f0 * (1 + a * (1 - np.exp(-t / tau)))
+    cycles = f0 * (t + a * (t - tau * (1 - np.exp(-t / tau))))
+    assert cycles[-1] - f0 * t[-1] > 0.9
+    assert np.abs(record.y[:, 0] - 1e-3 * np.sqrt(f0 / f) * np.cos(2 * np.pi * cycles)).max() < 1e-6
+    action = (record.y[:, 2] ** 2 + (2 * np.pi * f * record.y[:, 0]) ** 2) / f
+    assert np.ptp(action) / action[0] < 1e-3
+
+
+def test_frequency_drifts_from_the_first_sample_on():
+    rig = Rig(effects={"outside:frequency_drift": {"change": 0.04, "time_constant": 0.1}})
+    state = start(Rig(), [1e-3, 0.0], [0.0, 0.0], belt_velocity=1000.0)
+    before, plain = (simulate(r, 0.0, 1000.0, state, t0=-0.02, duration=0.02) for r in (rig, Rig()))
+    assert np.array_equal(before.y, plain.y)
+
+
+def test_ageing_contact_breaks_away_at_the_logarithm_of_its_age():
+    """From theta = L/v_0 in stick theta grows by the time; the limit is mu_0 F_N [1 + b ln(1 + v_0 t/L)]."""
+    b, length, v0 = 0.05, 2e-4, 0.06
+    rig = Rig(effects={"outside:ageing_law": {"gain": b, "slip_distance": length}})
+    record = simulate(rig, 60.0, v0, start(rig, [0.0, 0.0], [v0 / 2, 0.0], mode=0), duration=0.1, dt=1e-6)
+    t = record.events[0, 0]
+    assert t > 0.005 and record.events[0, 1] == 0
+    assert record.force[int(t / 1e-6)] == pytest.approx(0.66 * 60 * (1 + b * math.log(1 + v0 * t / length)), rel=2e-4)
+
+
+def test_age_relaxes_over_the_slip_distance_to_that_of_the_sliding_speed():
+    """Tip at rest without friction: theta = L/v_0 + (theta_0 - L/v_0) exp(-v_0 t/L)."""
+    length, v0 = 1e-4, 0.05
+    rig = Rig(effects={"outside:ageing_law": {"gain": 0.05, "slip_distance": length}})
+    state = start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=v0)
+    state.y[4 + A] = 6.0
+    record = simulate(rig, 60.0, v0, state, duration=0.02, level=0.0)
+    assert np.allclose(record.y[:, 4 + A], 6.0 * np.exp(-v0 * record.t / length), rtol=1e-6)
+
+
+def test_age_changes_friction_within_bounds():
+    rig = Rig(a1=0.0, a2=0.0, effects={"outside:ageing_law": {"gain": 0.05, "slip_distance": 1e-4}})
+    state = start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=0.05)
+    factors = []
+    for age in (math.exp(-100) - 1, math.exp(-2) - 1, math.exp(2) - 1, math.exp(100)):
+        state.y[4 + A] = age
+        factors.append(simulate(rig, 60.0, 0.05, state, duration=1e-4).force[0] / (0.66 * 60))
+    assert factors == pytest.approx([0.5, 0.9, 1.1, 1.5])
+
+
+def heated(**values):
+    """A heavily damped beam under friction that depends on the temperature only, and its record on a belt at 0.5 m/s."""
+    rig = Rig(damping=[0.7, 0.7], a1=0.0, a2=0.0, effects={"outside:frictional_heating": values})
+    return simulate(rig, 60.0, 0.5, start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=0.5), duration=0.4, dt=1e-5)
+
+
+def test_hot_contact_settles_where_friction_power_is_carried_off():
+    """C T/tau = mu_0 F_N v_0/(1 + k T), a quadratic equation in T."""
+    k, capacity, tau = 0.003, 0.02, 0.02
+    record = heated(coefficient=k, heat_capacity=capacity, time_constant=tau)
+    power = 0.66 * 60 * 0.5
+    t = (math.sqrt(1 + 4 * k * power * tau / capacity) - 1) / (2 * k)
+    assert t > 10
+    assert record.y[-1, 4 + T] == pytest.approx(t, rel=1e-6)
+    assert record.force[-1] == pytest.approx(0.66 * 60 / (1 + k * t), rel=1e-6)
+
+
+def test_heat_in_the_contact_is_friction_work_less_what_is_carried_off():
+    capacity, tau, v0 = 0.02, 0.1, 0.06
+    rig = Rig(effects={"outside:frictional_heating": {"coefficient": 0.003, "heat_capacity": capacity, "time_constant": tau}})
+    record = simulate(rig, 60.0, v0, stick_start(rig, 60.0, v0), duration=0.1, dt=1e-6)
+    t = record.y[:, 4 + T]
+    power = record.force * (v0 - record.wd) - capacity * t / tau
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * 1e-6)])
+    assert (record.mode == 0).any() and len(record.events) > 4
+    assert np.abs(capacity * t - work).max() < 1e-4 * capacity * t.max()
+
+
+def test_hysteresis_takes_the_slip_force_times_the_slip_out_of_each_swing():
+    """Energy of beam and spring from turn to turn: - h_0 (|w_2 - w_1| - 2 h_0/k); no loss where a swing is shorter than 2 h_0/k."""
+    k, h0 = 1500.0, 0.3
+    rig = Rig(frequencies=[80.0], damping=[0.0], tip=[2.0], effects={"outside:hysteresis": {"stiffness": k, "slip_force": h0}})
+    record = simulate(rig, 0.0, 1000.0, start(rig, [1e-3], [0.0], belt_velocity=1000.0), duration=1.5, dt=1e-5)
+    held = record.y[:, 2 + H]
+    om = 2 * np.pi * 80
+    energy = 0.5 * rig.mass * ((om * record.y[:, 0]) ** 2 + record.y[:, 1] ** 2) + held**2 / (2 * k)
+    turns = np.flatnonzero(np.diff(np.sign(record.wd)) != 0)[1:]
+    swings = np.abs(np.diff(record.w[turns]))
+    lost = -np.diff(energy[turns])
+    assert np.abs(held).max() == h0 and len(turns) > 20
+    assert swings[0] > 4 * h0 / k and swings[-1] < 2.1 * h0 / k
+    assert np.abs(lost - h0 * np.maximum(0.0, swings - 2 * h0 / k)).max() < 1e-3 * lost[0]
+
+
+def test_halving_the_step_changes_hysteresis_little():
+    rig = Rig(effects={"outside:hysteresis": {"stiffness": 1500.0, "slip_force": 0.3}})
+    state = start(rig, [6e-4, -1e-5], [0.03, 0.0], mode=0)
+    a = simulate(rig, 60.0, 0.06, state, duration=0.05)
+    b = simulate(rig, 60.0, 0.06, state, duration=0.05, substep=1.25e-6)
+    assert len(a.events) > 2 and np.abs(a.w - b.w).max() < 1e-8
+
+
+@pytest.mark.parametrize("effect, harmonics", [
+    ("outside:quadratic_sensor", lambda c, x: [c * x**2 / 2, x, c * x**2 / 2, 0.0]),
+    ("outside:cubic_sensor", lambda c, x: [0.0, x + 3 * c * x**3 / 4, 0.0, c * x**3 / 4]),
+])
+def test_curved_sensor_shows_the_harmonics_of_a_cosine(effect, harmonics):
+    c, x = {"outside:quadratic_sensor": 20.0, "outside:cubic_sensor": 2e4}[effect], 1e-3
+    rig = Rig(damping=[0.0, 0.0], effects={effect: {"curvature": c}})
+    record = simulate(rig, 0.0, 1000.0, start(rig, [x / 2, 0.0], [0.0, 0.0], belt_velocity=1000.0), duration=0.1)
+    spectrum = np.fft.rfft(record.measured[:-1]).real / 500
+    assert np.allclose([spectrum[0] / 2, *spectrum[[8, 16, 24]]], harmonics(c, x), atol=1e-10)
 
 
 # ---------------------------------------------------------------------------------------------- limits and balances
@@ -260,13 +406,100 @@ def test_belt_profile_has_the_rms_and_the_correlation_length_asked_for():
 
 
 # ------------------------------------------------------------------------------------------------ campaigns and data
-@pytest.mark.parametrize("effect", list(EFFECTS) + list(OUTSIDE))
+@pytest.mark.parametrize("effect", list(PLACES))
 def test_a_run_is_replayed_bit_for_bit_from_its_truth(effect):
     args = parser().parse_args(["--out", "unused", "--runs", "1", "--duration", "0.2", "--transients", "1"])
     truth, records = draw_campaign(np.random.default_rng(5), [effect], args)
     again = replay(json.loads(json.dumps(truth)), 0, duration=0.2)
     assert np.array_equal(again.measured, records[0].measured)
     assert 20 <= truth["visibility"][effect] <= 4000
+
+
+def campaigns(folder, *options):
+    """What make_campaigns.py writes: the answers of truth.json, and campaign.toml of each."""
+    main(["--out", str(folder), "--seed", "3", "--duration", "0.2", *options])
+    truth = json.loads((folder / "truth.json").read_text())
+    return truth, [tomllib.loads((folder / t["campaign"] / "campaign.toml").read_text()) for t in truth]
+
+
+def test_misstated_campaign_states_nominal_values_and_moves_by_the_true_ones(tmp_path):
+    (truth,), (stated,) = campaigns(tmp_path, "--kind", "misstated", "--effect", "friction_drift", "--runs", "3", "--noise", "1e-7")
+    assert stated["beam"] == NOMINAL
+    bounds = {"drive": (1, 0.02), "weight": (1, 0.05), "true_mass": (0.427, 0.03)}
+    pairs = [(truth[key], *bound) for key, bound in bounds.items()]
+    pairs += [(f, nominal, 0.005) for f, nominal in zip(truth["true_f_hz"], [80.0, 510.0])]
+    pairs += [(tip, nominal, 0.05) for tip, nominal in zip(truth["tip"], [2.0, -2.0])]
+    law = {"mus": 0.66, "a1": 0.5, "v1": 0.02, "a2": 0.5, "c2": 0.25}
+    pairs += [(truth["true_law"][key], nominal, 0.1) for key, nominal in law.items()]
+    off = [abs(value / nominal - 1) / bound for value, nominal, bound in pairs]
+    assert max(off) <= 1 and min(off) > 0
+    for i, (entry, run) in enumerate(zip(stated["run"], truth["runs"])):
+        assert entry["belt_velocity_m_per_s"] == run["belt_velocity_m_per_s"] and entry["normal_force_n"] == run["normal_force_n"]
+        x = np.loadtxt(tmp_path / "001" / entry["file"], delimiter=",", skiprows=1)[:, 1]
+        again = replay(truth, i, duration=0.2)
+        assert (x - again.measured[:-1]).std() == pytest.approx(truth["noise_m"], rel=0.1)
+        stuck = np.flatnonzero((again.mode[:-2] == 0) & (again.mode[1:-1] == 0) & (again.stick_since[:-2] == again.stick_since[1:-1]))
+        speed = np.mean((x[stuck + 1] - x[stuck]) / 1e-4)
+        assert len(stuck) > 100
+        assert np.abs((again.wd - truth["drive"] * entry["belt_velocity_m_per_s"])[again.mode == 0]).max() < 1e-11
+        assert speed == pytest.approx(truth["drive"] * entry["belt_velocity_m_per_s"], rel=3e-3)
+
+
+def test_draws_of_misstated_rigs_fill_their_bounds():
+    rigs = [draw_misstated(np.random.default_rng(seed)) for seed in range(300)]
+    off = {
+        0.005: [f / nominal - 1 for r in rigs for f, nominal in zip(r.frequencies, [80, 510])],
+        0.02: [r.drive - 1 for r in rigs],
+        0.03: [r.mass / 0.427 - 1 for r in rigs],
+        0.05: [x for r in rigs for x in (r.weight - 1, r.tip[0] / 2 - 1, r.tip[1] / -2 - 1)],
+        0.1: [x for r in rigs for x in (r.mu_s / 0.66 - 1, r.a1 / 0.5 - 1, r.v1 / 0.02 - 1, r.a2 / 0.5 - 1, r.c2 / 0.25 - 1)],
+    }
+    for bound, x in off.items():
+        assert max(map(abs, x)) <= bound
+        assert np.std(x) == pytest.approx(bound / math.sqrt(3), rel=0.1)  # uniform
+
+
+def test_one_load_campaign_has_four_starts_at_one_point(tmp_path):
+    (truth,), (stated,) = campaigns(tmp_path, "--kind", "one-load", "--effect", "friction_drift")
+    assert len(stated["run"]) == 4
+    assert len({(r["belt_velocity_m_per_s"], r["normal_force_n"]) for r in stated["run"]}) == 1
+    assert len({tuple(r["start"]["q"]) for r in truth["runs"]}) == 4
+    assert "drive" not in truth
+
+
+@pytest.mark.parametrize("effect", list(STRENGTH))
+def test_weak_effect_changes_the_equations_by_a_third(effect):
+    strong, weak = (draw(np.random.default_rng(5), effect, 80.0) for draw in (draw_effect, draw_weak_effect))
+    key = STRENGTH[effect]
+    assert 3 * weak.pop(key) == pytest.approx(strong.pop(key))
+    if effect == "belt_friction_profile":
+        assert 3 * np.array(weak.pop("node_values")) == pytest.approx(np.array(strong.pop("node_values")), abs=1e-8)
+    assert weak == strong
+
+
+def test_weak_campaign_has_two_micrometres_of_noise_and_may_be_invisible(tmp_path):
+    truth, _ = campaigns(tmp_path, "--kind", "weak", "--count", "3", "--runs", "2")
+    assert [t["noise_m"] for t in truth] == pytest.approx([2e-6] * 3)
+    assert all(len(t["effects"]) == 1 and t["effects"][0] in STRENGTH for t in truth)
+    assert min(next(iter(t["visibility"].values())) for t in truth) < 20
+
+
+def test_kinds_choose_from_their_lists():
+    some = lambda kind, **options: choose(np.random.default_rng(1), kind, 30, **options)
+    assert {name for (name,) in some("outside")} == set(OUTSIDE)
+    assert {name for (name,) in some("outside", new_physics=True)} == set(NEW_PHYSICS)
+    assert {name for (name,) in some("weak")} == set(STRENGTH)
+    for kind in ("misstated", "one-load"):
+        chosen = some(kind)
+        assert chosen.count([]) == 6
+        assert {name for names in chosen for name in names} == set(EFFECTS)
+    assert not {name for kind in ("single", "pair", "mixed") for names in some(kind) for name in names} & set(NEW_PHYSICS)
+
+
+@pytest.mark.parametrize("options", [["--kind", "single", "--new-physics"], ["--kind", "weak", "--effect", "third_mode"]])
+def test_options_without_a_meaning_are_refused(options):
+    with pytest.raises(SystemExit):
+        parse(["--out", "unused", *options])
 
 
 def test_demo_runs_are_their_truth_and_white_noise():
