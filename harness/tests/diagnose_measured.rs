@@ -81,14 +81,9 @@ fn val_measured_slider_shows_friction_along_the_track_and_no_ageing() {
         }
         let rungs = found["error_ladder"].as_array().unwrap();
         let held_out = |i: usize| rungs[i]["holdout_nrmse"].as_f64().unwrap();
-        // The aim for the motion on what was kept out is 30 % less. The single run at 1002 N/m misses it by a hair since the calibrated
-        // row is fitted from the campaign alone: its own earlier figure stands there instead.
+        // The aim for the motion on what was kept out is 30 % less.
         let fall = 1.0 - held_out(2) / held_out(1);
-        if stiffness == 168 {
-            assert!(fall > 0.3, "{stiffness} N/m: {rungs:?}");
-        } else {
-            assert!((fall - 0.299).abs() < 0.005, "{stiffness} N/m: {rungs:?}");
-        }
+        assert!(fall > 0.3, "{stiffness} N/m: {rungs:?}");
 
         let aged = tried(folder.path(), "static_friction_aging");
         assert_eq!(aged["verdict"], "unknown_effect", "{}", aged["summary"]);

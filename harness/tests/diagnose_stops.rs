@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use stickslip::command::diagnose::diagnose;
 use stickslip::command::open_fmu;
+use stickslip::diagnose::hold_out::HoldOut;
 use stickslip::diagnose::outcome::Verdict;
 use stickslip::measurement::Campaign;
 use stickslip::watch::Watch;
@@ -35,7 +36,7 @@ fn a_diagnosis_that_is_stopped_keeps_what_was_finished_and_says_so() {
     let campaign = Campaign::load(&demo()).unwrap();
     // The calibration of the reference model and some candidates.
     let watch = StopAfter(AtomicUsize::new(5));
-    let diagnosis = diagnose(&fmu, &campaign, 0, folder.path(), &watch).unwrap();
+    let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), folder.path(), &watch).unwrap();
     let tried = diagnosis.candidates.len();
     assert!(
         (1..16).contains(&tried),
@@ -98,7 +99,7 @@ fn simulated_campaigns_without_the_effect_raise_the_threshold_and_give_a_chance(
     let folder = tempfile::tempdir().unwrap();
     let fmu = open_fmu(None).unwrap();
     let campaign = Campaign::load(&demo()).unwrap();
-    let diagnosis = diagnose(&fmu, &campaign, 1, folder.path(), &()).unwrap();
+    let diagnosis = diagnose(&fmu, &campaign, (1, HoldOut::Middle), folder.path(), &()).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::EffectFound);
     assert_eq!(diagnosis.gains_by_chance.len(), diagnosis.effects.len());
     let by_chance = &diagnosis.gains_by_chance[0];

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::diagnose::diagnose;
 use super::progress::Progress;
+use crate::diagnose::hold_out::HoldOut;
 use crate::diagnose::outcome::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
@@ -47,6 +48,8 @@ pub struct BlindCase {
     pub named: Vec<String>,
     /// Verdict.
     pub verdict: Verdict,
+    /// Posterior probability of the verdict.
+    pub probability: f64,
     /// Whether the answer is right.
     pub right: bool,
     /// Held-out error of the calibrated model and of the last rung.
@@ -87,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         make_folder(&folder)?;
         let start = Instant::now();
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
-        let diagnosis = diagnose(&fmu, &campaign, 0, &folder, &progress)?;
+        let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &folder, &progress)?;
         let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
         let case = score(
             &name,
@@ -157,6 +160,7 @@ fn score(
         hidden,
         named,
         verdict: diagnosis.verdict,
+        probability: diagnosis.verdict_probability.unwrap_or(f64::NAN),
         right,
         holdout_nrmse: [
             ladder[1.min(ladder.len() - 1)].holdout_nrmse,
@@ -195,10 +199,11 @@ fn line(case: &BlindCase) -> String {
         })
         .collect();
     format!(
-        "{} {} {} -> {answer}; held out {:.3} % -> {:.3} % ({:.2} x noise); {}; {:.0} s",
+        "{} {} {} -> {answer} ({:.0} %); held out {:.3} % -> {:.3} % ({:.2} x noise); {}; {:.0} s",
         case.campaign,
         if case.right { "ok   " } else { "WRONG" },
         list(&case.hidden),
+        100.0 * case.probability,
         100.0 * case.holdout_nrmse[0],
         100.0 * case.holdout_nrmse[1],
         case.over_noise,
@@ -206,6 +211,9 @@ fn line(case: &BlindCase) -> String {
         case.seconds
     )
 }
+
+/// Classes of probability in which verdicts are counted, the last with 1 in it.
+const RELIABILITY: [(f64, f64); 3] = [(0.0, 0.5), (0.5, 0.9), (0.9, 1.1)];
 
 fn summary(cases: &[BlindCase]) -> String {
     let mut groups: BTreeMap<&str, Vec<&BlindCase>> = BTreeMap::new();
@@ -228,6 +236,19 @@ fn summary(cases: &[BlindCase]) -> String {
             members.len(),
             100.0 * right as f64 / members.len() as f64
         );
+    }
+    for (low, high) in RELIABILITY {
+        let within = |c: &&BlindCase| c.probability >= low && c.probability < high;
+        let members: Vec<&BlindCase> = cases.iter().filter(within).collect();
+        if !members.is_empty() {
+            let right = members.iter().filter(|c| c.right).count();
+            out += &format!(
+                "verdicts given with {:.0} % to {:.0} %: {right} of {} right\n",
+                100.0 * low,
+                100.0 * high.min(1.0),
+                members.len()
+            );
+        }
     }
     let errors: Vec<[f64; 2]> = cases
         .iter()

@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::diagnose_page::likely;
 use super::progress::Progress;
 use super::{diagnose_page, pack, proposed_effect, repaired_model};
-use crate::diagnose::challenge::challenge;
 use crate::diagnose::conclude::conclude;
+use crate::diagnose::hold_out::HoldOut;
 use crate::diagnose::outcome::Diagnosis;
 use crate::diagnose::rivals::TIE;
 use crate::diagnose::run_sets::run_sets;
 use crate::diagnose::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::session::Session;
-use crate::diagnose::steps::{Step, climb, prune};
+use crate::diagnose::steps::{Step, climb};
 use crate::diagnose::terms;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Folder for diagnosis.json, report.html, model.toml, the .ssv and the repaired .fmu
     #[arg(short, long, value_name = "DIR", default_value = "diagnosis")]
     output: PathBuf,
+    /// Which runs are kept out of every fit, to be forecast
+    #[arg(long, value_enum, default_value_t)]
+    hold_out: HoldOut,
     /// Campaigns without the effect to simulate and search in full, for the chance that the gain is chance; each takes about
     /// as long as the search itself
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -62,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let diagnosis = diagnose(
         &fmu,
         &campaign,
-        arguments.null,
+        (arguments.null, arguments.hold_out),
         &arguments.output,
         &progress,
     )?;
@@ -80,12 +84,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 pub fn diagnose(
     fmu: &Fmu,
     campaign: &Campaign,
-    null: usize,
+    (null, hold_out): (usize, HoldOut),
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let widened = pack::widened::with_effects(fmu, &terms::FILES)?;
-    let mut session = Session::new(widened.as_ref().unwrap_or(fmu), campaign)?;
+    let mut session = Session::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
     let mut selection = select(&session, watch)?;
     if null > 0 {
         calibrate_threshold(&session, &mut selection, null, watch)?;
@@ -94,9 +98,7 @@ pub fn diagnose(
         session.trust_sensor();
     }
     watch.step("judging on the runs kept out", 0, 1);
-    let mut steps = climb(&session, &selection)?;
-    prune(&session, &mut selection, &mut steps)?;
-    challenge(&session, &mut selection, &mut steps, watch)?;
+    let steps = climb(&session, &selection)?;
     report(fmu, &session, &selection, &steps, "diagnose", output, watch)
 }
 
@@ -110,7 +112,7 @@ pub fn report(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let campaign = session.campaign;
+    let campaign = &session.campaign;
     let diagnosis = conclude(session, selection, steps)?;
     let provenance = Provenance::of_campaign(campaign, fmu.path())?;
     let json = provenance.json(&diagnosis);
@@ -159,6 +161,13 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     use std::fmt::Write as _;
     let mut out = String::new();
     let _ = writeln!(out, "{}\n", diagnosis.summary);
+    if let Some(probability) = diagnosis.verdict_probability {
+        let _ = writeln!(
+            out,
+            "Probability of this verdict among all that was compared: {}\n",
+            likely(probability)
+        );
+    }
     let _ = writeln!(
         out,
         "{:<32} {:>10} {:>10} {:>14}",
@@ -176,14 +185,17 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     }
     let _ = writeln!(
         out,
-        "\n{:<48} {:>10} {:>10}",
-        "candidates, best first", "gain", "fit/noise"
+        "\n{:<48} {:>10} {:>12} {:>10}",
+        "candidates, best first", "gain", "probability", "fit/noise"
     );
     for candidate in diagnosis.candidates.iter().take(8) {
         let _ = writeln!(
             out,
-            "{:<48} {:>10.1} {:>10.2}",
-            candidate.id, candidate.score, candidate.fit_over_noise
+            "{:<48} {:>10.1} {:>12} {:>10.2}",
+            candidate.id,
+            candidate.score,
+            likely(candidate.probability),
+            candidate.fit_over_noise
         );
     }
     if let Some(next) = &diagnosis.next_measurement {

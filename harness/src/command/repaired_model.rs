@@ -19,12 +19,9 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
         .iter()
         .map(|(name, value)| (name.clone(), *value))
         .collect();
-    // The knob "mass" stands for all modal masses, which the structure has.
-    let single = diagnosis
-        .calibrated
-        .iter()
-        .filter(|(name, _)| *name != "mass");
-    out.extend(single.map(|(name, estimate)| (name.clone(), estimate.value)));
+    // "mass" is the first mode's under its earlier name.
+    let calibrated = diagnosis.calibrated.iter().filter(|(n, _)| *n != "mass");
+    out.extend(calibrated.map(|(name, estimate)| (name.clone(), estimate.value)));
     for effect in &diagnosis.effects {
         for (name, estimate) in &effect.parameters {
             out.push((format!("{}.{name}", effect.id), estimate.value));

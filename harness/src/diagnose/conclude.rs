@@ -1,11 +1,13 @@
 //! From a selection and its ladder to a diagnosis: the verdict, its numbers and its words.
 
-use super::contender::{Contender, FLOOR_COLOUR, FLOOR_HELD_OUT};
+use super::contender::Contender;
+use super::decision::probabilities;
 use super::fit::Fit;
 use super::forecast::{Forecast, forecasts};
 use super::hypothesis::{Choice, Hypothesis, structure};
+use super::identifiability::{in_words, undetermined};
 use super::judge::Judgement;
-use super::knob::Scale;
+use super::knob::{Kind, Scale};
 use super::outcome::{
     Diagnosis, Estimate, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
 };
@@ -19,6 +21,7 @@ use super::strain::strain;
 use super::terms;
 use super::words::{Seen, remarks, words};
 use crate::error::Error;
+use crate::metric::half_width;
 use std::collections::BTreeMap;
 
 /// The diagnosis.
@@ -30,30 +33,20 @@ pub fn conclude(
     selection: &Selection,
     steps: &[Step],
 ) -> Result<Diagnosis, Error> {
-    let samples = selection.samples;
-    let base_score = selection.calibrated.score(samples);
-    let gain = selection
-        .path
-        .last()
-        .map_or(0.0, |p| base_score - p.score(samples));
-    let base_is_enough = selection.calibrated.reaches_floor() && gain < selection.threshold;
-    // What gains no more than chance is not named, though it may be just what brings the errors below the limit.
-    let is_worth_it = gain >= selection.threshold;
-    let is_white = |depth: usize| !(steps[depth].colour > FLOOR_COLOUR);
+    let base_score = selection.calibrated.score();
     let last = steps.len() - 1;
-    let predicts = !(steps[last].holdout.quantile(0.5) > FLOOR_HELD_OUT);
-    let strained = strain(&steps[if base_is_enough { 0 } else { last }].trial);
-    let is_strained = strained.is_some();
-    let verdict = if selection.beyond.is_some() {
-        Verdict::UnknownEffect
-    } else if base_is_enough && is_white(0) && !is_strained {
-        Verdict::NoMissingEffect
-    } else if selection.explained && is_worth_it && is_white(last) && predicts && !is_strained
-        || selection.by_break_aways
-    {
-        Verdict::EffectFound
-    } else {
-        Verdict::UnknownEffect
+    let strained = strain(&steps[last].trial);
+    let best = selection.path.last();
+    let gain = best.map_or(0.0, |p| base_score - p.score());
+    // A search has compared posteriors; where chance was simulated, it may reach further than the prior odds.
+    let is_decided = !selection.by_hand && selection.by_chance.is_empty();
+    let beats_chance = is_decided || gain > selection.threshold;
+    let verdict = match best {
+        _ if selection.by_break_aways => Verdict::EffectFound,
+        _ if !selection.explained || selection.beyond.is_some() => Verdict::UnknownEffect,
+        Some(_) if beats_chance => Verdict::EffectFound,
+        Some(_) if !selection.calibrated.reaches_floor() => Verdict::UnknownEffect,
+        _ => Verdict::NoMissingEffect,
     };
     let depth = if verdict == Verdict::EffectFound {
         selection.path.len()
@@ -65,7 +58,7 @@ pub fn conclude(
         let before = if i == 0 {
             base_score
         } else {
-            selection.path[i - 1].score(samples)
+            selection.path[i - 1].score()
         };
         effects.push(found(
             session,
@@ -73,7 +66,7 @@ pub fn conclude(
             steps,
             depth,
             i,
-            before - selection.path[i].score(samples),
+            before - selection.path[i].score(),
         ));
     }
     let mut ladder = vec![rung(
@@ -123,6 +116,9 @@ pub fn conclude(
     };
     let next_measurement = super::next_measurement::recommend(session, &tied)?;
     let mut remarks = remarks(session, trial, selection, &effects);
+    let identifiability = undetermined(trial);
+    remarks.extend(in_words(&identifiability));
+    remarks.extend(stated_speed(session));
     if tied.len() > 1 && next_measurement.is_none() {
         remarks.push(super::next_measurement::NONE_HELPS.to_owned());
     }
@@ -138,6 +134,7 @@ pub fn conclude(
     }
     Ok(Diagnosis {
         verdict,
+        verdict_probability: (!selection.by_hand).then(|| probability_of(selection, verdict)),
         forecast: ladder[1 + last].forecasts.clone(),
         noise_std_m: session.noise.iter().sum::<f64>() / session.noise.len() as f64,
         candidates: standings(session, selection),
@@ -146,21 +143,54 @@ pub fn conclude(
         next_measurement,
         summary,
         remarks,
-        calibrated: trial
-            .hypothesis
-            .shared
-            .iter()
-            .enumerate()
-            .filter(|(_, k)| !is_effect(session, &k.name))
-            .map(|(i, k)| (k.name.clone(), estimate(&trial.hypothesis, &trial.fit, i)))
-            .collect(),
+        calibrated: calibrated(trial),
+        inputs: inputs(session, trial),
+        identifiability,
         residual_colour: colours,
         gains_by_chance: selection.by_chance.clone(),
-        structure: known_structure(session, trial)?,
+        structure: known_structure(session)?,
         runs: run_values(session, &steps[last]),
         effects,
         error_ladder: ladder,
     })
+}
+
+/// The shared knobs of a kind.
+fn of_kind(trial: &Trial, kind: Kind) -> impl Iterator<Item = (String, Estimate)> + '_ {
+    let knobs = trial.hypothesis.shared.iter().enumerate();
+    let wanted = knobs.filter(move |(_, knob)| knob.kind == kind);
+    wanted.map(|(i, k)| (k.name.clone(), estimate(&trial.hypothesis, &trial.fit, i)))
+}
+
+/// Factors from the stated inputs to those found.
+fn inputs(session: &Session, trial: &Trial) -> BTreeMap<String, Estimate> {
+    let mut out: BTreeMap<String, Estimate> = of_kind(trial, Kind::Input).collect();
+    if let Some(belt) = out.get_mut("belt_velocity.scale") {
+        belt.value *= session.belt_scale.value;
+        belt.std *= session.belt_scale.value;
+    }
+    out
+}
+
+/// That the stated belt speeds are off, where the stick phases contradict them; half the 95 % interval as everywhere.
+fn stated_speed(session: &Session) -> Option<String> {
+    let scale = session.belt_scale;
+    let half = half_width(scale.std);
+    ((scale.value - 1.0).abs() > half).then(|| {
+        format!(
+            "In stick the tip moves {:.4} +- {half:.4} (95 %) times as fast as the stated belt speeds: the diagnosis counts with the belt speeds found.",
+            scale.value
+        )
+    })
+}
+
+/// The constants of the reference model; the first mode's mass also under its earlier name.
+fn calibrated(trial: &Trial) -> BTreeMap<String, Estimate> {
+    let mut out: BTreeMap<String, Estimate> = of_kind(trial, Kind::Reference).collect();
+    if let Some(mass) = out.get("mode[1].mass").cloned() {
+        out.insert("mass".to_owned(), mass);
+    }
+    out
 }
 
 /// The term beyond the catalogue at the end of the path.
@@ -173,20 +203,12 @@ fn fitted_term(session: &Session, selection: &Selection, steps: &[Step]) -> Opti
 }
 
 /// What the calibrated model takes from the campaign as known, by FMU variable.
-fn known_structure(session: &Session, trial: &Trial) -> Result<BTreeMap<String, f64>, Error> {
+fn known_structure(session: &Session) -> Result<BTreeMap<String, f64>, Error> {
     let structure = structure(session.fmu, &session.campaign.beam)?;
     let modes = structure.modes();
-    let mass = trial
-        .hypothesis
-        .shared_index("mass")
-        .map(|i| trial.hypothesis.shared[i].value(trial.fit.point.shared[i]));
     let mut out = BTreeMap::from([("mode_count".to_owned(), modes.len() as f64)]);
     for (j, mode) in modes.iter().enumerate() {
         out.insert(format!("mode[{}].tip_value", j + 1), mode.tip_value);
-        if let Some(mass) = mass {
-            let ratio = mode.mass_kg / modes[0].mass_kg;
-            out.insert(format!("mode[{}].mass", j + 1), mass * ratio);
-        }
     }
     Ok(out)
 }
@@ -375,28 +397,57 @@ fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
     Some((1 + as_large) as f64 / (1 + gains.len()) as f64)
 }
 
+/// All contenders of a selection, the calibrated model first.
+fn all_contenders(selection: &Selection) -> Vec<&Contender> {
+    std::iter::once(&selection.calibrated)
+        .chain(&selection.path)
+        .chain(&selection.singles)
+        .chain(&selection.pairs)
+        .collect()
+}
+
+/// Probability of the verdict: what the hypotheses share that say the same.
+fn probability_of(selection: &Selection, verdict: Verdict) -> f64 {
+    let all = all_contenders(selection);
+    let shares = probabilities(&all);
+    let of = |wanted: &dyn Fn(&Contender) -> bool| -> f64 {
+        let wanted = all.iter().zip(&shares).filter(|(c, _)| wanted(c));
+        wanted.map(|(_, p)| p).sum()
+    };
+    match (verdict, selection.path.last()) {
+        (Verdict::UnknownEffect, _) if !selection.explained => 1.0 - of(&|_| true),
+        (Verdict::NoMissingEffect, _) | (_, None) => of(&|c| c.choices.is_empty()),
+        (_, Some(best)) => of(&|c| c.effects() == best.effects()),
+    }
+}
+
 fn standings(session: &Session, selection: &Selection) -> Vec<Standing> {
-    let base = selection.calibrated.score(selection.samples);
+    let base = selection.calibrated.score();
     // The list is the catalogue's: a term beyond it stands among the proposals.
     let is_term = |c: &&Choice| terms::is_term(&session.catalogue[c.effect].id);
-    let of_catalogue = |c: &&Contender| !c.choices.iter().any(|choice| is_term(&choice));
-    let mut all: Vec<&Contender> = selection
+    let of_catalogue = |c: &Contender| !c.choices.iter().any(|choice| is_term(&choice));
+    let everything = all_contenders(selection);
+    let shares = probabilities(&everything);
+    let listed: Vec<&Contender> = selection
         .path
         .iter()
-        .filter(of_catalogue)
         .chain(&selection.singles)
         .chain(selection.listed_pairs())
         .collect();
-    all.sort_by(|a, b| {
-        a.score(selection.samples)
-            .total_cmp(&b.score(selection.samples))
-    });
+    let is_listed = |c: &Contender| listed.iter().any(|l| std::ptr::eq(*l, c));
+    let mut all: Vec<(&Contender, f64)> = everything
+        .into_iter()
+        .zip(shares)
+        .filter(|(c, _)| of_catalogue(c) && is_listed(c))
+        .collect();
+    all.sort_by(|(a, _), (b, _)| a.score().total_cmp(&b.score()));
     all.iter()
-        .map(|c| Standing {
+        .map(|(c, probability)| Standing {
             id: super::contender::name(session, &c.choices),
             holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
-            score: base - c.score(selection.samples),
-            misfit_fall: selection.calibrated.fit.trimmed - c.fit.trimmed,
+            probability: *probability,
+            score: base - c.score(),
+            misfit_fall: selection.calibrated.trial.fit.misfit - c.trial.fit.misfit,
             fit_over_noise: c.fit.quantile(0.5),
             free_values: c.size(),
             parameters: c
@@ -422,7 +473,7 @@ fn run_values(session: &Session, step: &Step) -> Vec<RunValues> {
             let point = step.point(session, r);
             RunValues {
                 name: run.name.clone(),
-                belt_velocity_m_per_s: run.belt_velocity,
+                belt_velocity_m_per_s: session.stated_belt_velocity(r),
                 normal_force_n: run.normal_force,
                 held_out: session.held_out[r],
                 own: step.trial.hypothesis.own[r]

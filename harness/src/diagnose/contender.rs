@@ -4,17 +4,13 @@ use super::hypothesis::Choice;
 use super::judge::{self, Judgement};
 use super::knob::Knob;
 use super::scan::{self, Argument};
-use super::search::Trial;
+use super::search::{self, Trial};
 use super::session::Session;
 use super::shot::Shot;
 use super::strain::strain;
 use super::whiteness;
 use crate::error::Error;
 
-/// Gain in the score below which an effect counts as chance where the model without it is down to the noise.
-/// Chosen, not calibrated anew on each campaign: the best of all candidates gained 2.8 at most on eight
-/// campaigns in which nothing is missing (docs/blind-test.md).
-pub const NULL_GAIN: f64 = 20.0;
 /// A hypothesis explains the data if the median error is at most this many times the noise, ...
 pub const FLOOR_MEDIAN: f64 = 1.12;
 /// ... and so is the error of three shots in four.
@@ -23,12 +19,6 @@ pub const FLOOR_QUARTILE: f64 = 1.45;
 /// ...; and what is left is white, the power of its low frequencies at most this many times that of its high ones. True
 /// models leave 0.85 to 1.0, a cubic stiffness fitted to a quadratic one down to 1.03 times the noise 1.44.
 pub const FLOOR_COLOUR: f64 = 1.2;
-
-/// An effect is named only if its median error on what was kept out is at most this many times the noise: a profile along
-/// the belt, of its own in each run, comes down to the noise on the shots that it was fitted to whatever is missing
-/// (a drift of friction: 235 times the noise between them). True models leave 0.4 to 1.3; a coupling of the normal force that a poor
-/// campaign with a hidden profile let in left 3.4, a profile named for itself and a coupling together 1.8.
-pub const FLOOR_HELD_OUT: f64 = 1.5;
 
 /// Whether errors are down to the noise and as white; a colour that could not be told is passed over.
 pub fn is_floor(fit: &Judgement, colour: f64) -> bool {
@@ -50,10 +40,14 @@ pub struct Contender {
     pub holdout: Option<Judgement>,
     /// How far from white what it leaves is ([`super::whiteness`]).
     pub colour: f64,
+    /// Number of samples that it was fitted to.
+    pub samples: f64,
     /// Fitted to all shots of the runs fitted, once that was needed ([`super::whole`]).
     pub whole: Option<Trial>,
     /// Whether that fit showed it to be wrong.
     pub is_refuted: bool,
+    /// Logarithm of its posterior, up to what is the same for all, nats; NaN before it was worked out.
+    pub log_posterior: f64,
 }
 
 impl Contender {
@@ -74,8 +68,10 @@ impl Contender {
             choices,
             trial,
             holdout: None,
+            samples: shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64,
             whole: None,
             is_refuted: false,
+            log_posterior: f64::NAN,
         })
     }
 
@@ -117,9 +113,32 @@ impl Contender {
         Some((scan::argument(effect)?, value))
     }
 
-    /// What contenders are ranked by: the trimmed objective with a price on parameters, lower is better.
-    pub fn score(&self, samples: f64) -> f64 {
-        self.fit.trimmed + 0.5 * self.size() as f64 * samples.ln()
+    /// What contenders are ranked by, lower is better: the negative logarithm of the evidence, nats.
+    pub fn score(&self) -> f64 {
+        -self.trial.fit.log_evidence
+    }
+
+    /// Where it stands in a search, lower is better: what is adequate first, by its evidence; what is not by its objective
+    /// and a price on parameters (Schwarz 1978), since evidence says nothing about a model that is known to be wrong.
+    fn rank(&self) -> (bool, f64) {
+        if self.reaches_floor() {
+            return (false, self.score());
+        }
+        (
+            true,
+            self.fit.trimmed + 0.5 * self.size() as f64 * self.samples.ln(),
+        )
+    }
+
+    /// Whether it stands before another in a search.
+    pub fn is_before(&self, other: &Contender) -> bool {
+        self.compare(other).is_lt()
+    }
+
+    /// The order of a search.
+    pub fn compare(&self, other: &Contender) -> std::cmp::Ordering {
+        let (mine, theirs) = (self.rank(), other.rank());
+        mine.0.cmp(&theirs.0).then(mine.1.total_cmp(&theirs.1))
     }
 
     /// Whether the errors are down to the noise and as white, without a structure bent to that end, as far as is known.

@@ -16,6 +16,9 @@ use crate::measurement::Run;
 /// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
 const FOREIGN: f64 = 0.25;
 
+/// Standard deviation of the logarithm of a2: friction constants are known to a tenth at best.
+const A2_STD: f64 = 0.1;
+
 /// Centre and standard deviation of a belief; of the logarithm, where the quantity is positive.
 pub type Belief = (f64, f64);
 
@@ -30,6 +33,8 @@ pub struct FrictionPrior {
     pub c2: Belief,
     /// a1 (1).
     pub a1: Belief,
+    /// a2 (1).
+    pub a2: Belief,
     /// Friction level of each run (1).
     pub levels: Vec<Belief>,
     /// Observed over expected friction, where the surfaces are not those of the start values.
@@ -75,6 +80,7 @@ impl FrictionPrior {
             v1: (v1, 0.2),
             c2: (c2, 0.4),
             a1: (a1, 0.06),
+            a2: (a2, A2_STD),
             levels: vec![(1.0, 0.03); runs.len()],
             foreign: None,
         };
@@ -90,6 +96,7 @@ impl FrictionPrior {
             v1: (v1.min(typical_speed), 1.0),
             c2: (c2, 0.4),
             a1: (a1, 0.3),
+            a2: (a2, A2_STD),
             levels: of_runs.iter().map(|&r| (level(r), 0.3)).collect(),
             foreign: Some(ratio),
         })

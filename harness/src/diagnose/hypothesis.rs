@@ -2,11 +2,12 @@
 
 use super::candidate::{Candidate, Role};
 use super::friction_prior::{Belief, FrictionPrior};
-use super::knob::{Knob, Scale};
+use super::knob::{Kind, Knob, Scale};
 use super::profile::{Track, add_profile};
+use super::shot::Shot;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{BeamKnowledge, Campaign};
+use crate::measurement::{BeamKnowledge, Campaign, Run};
 use crate::observer::{Mode, Structure};
 
 /// An effect chosen, with the values of its settings.
@@ -118,7 +119,14 @@ pub struct Hypothesis {
     pub has_memory: bool,
     /// Number of structural modes.
     pub modes: usize,
+    /// Scales of the modal states, q and q' in turn: 1 and the angular frequency in rad/s.
+    pub state_scales: Vec<f64>,
+    /// Indices of the shared knobs that scale belt velocity and normal force.
+    pub input_scales: [usize; 2],
 }
+
+/// Least strength of an effect that can't be negative, as a share of the typical one: far below anything measurable.
+const BARELY_ON: f64 = 1e-6;
 
 /// Effects whose friction has a memory of its own: sticking is not rigid then.
 const MEMORY_STATE: &str = "deflection";
@@ -127,7 +135,7 @@ impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
     /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
-    /// the displacement in m.
+    /// the displacement in m, `belt` the standard deviation of the belief in its belt speeds, as a share.
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
@@ -137,17 +145,19 @@ impl Hypothesis {
         catalogue: &[Candidate],
         choices: &[Choice],
         tracks: &[Track],
-        spread: f64,
+        (spread, belt): (f64, f64),
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
+        let known = &campaign.uncertainty;
         let mut shared = Vec::new();
         let mut fixed = Vec::new();
         let log =
             |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| Knob {
                 name,
                 unit: unit.to_owned(),
+                kind: Kind::Reference,
                 targets: vec![(reference, 1.0)],
                 scale: Scale::Log,
                 prior: value,
@@ -155,11 +165,9 @@ impl Hypothesis {
                 min: value / factor,
                 max: value * factor,
                 step: 0.02 * std,
-                of_effect: false,
                 support: None,
             };
         let modes = structure.modes();
-        let mut mass_targets = Vec::new();
         for (j, mode) in modes.iter().enumerate() {
             let at = |item: &str| format!("mode[{}].{item}", j + 1);
             shared.push(log(
@@ -167,7 +175,7 @@ impl Hypothesis {
                 "Hz",
                 reference(&at("frequency"))?,
                 mode.frequency_hz,
-                0.006,
+                known.natural_frequencies_std,
                 1.06,
             ));
             shared.push(log(
@@ -179,16 +187,31 @@ impl Hypothesis {
                 30.0,
             ));
             fixed.push((reference(&at("tip_value"))?, mode.tip_value));
-            mass_targets.push((reference(&at("mass"))?, mode.mass_kg / modes[0].mass_kg));
+            shared.push(log(
+                at("mass"),
+                "kg",
+                reference(&at("mass"))?,
+                mode.mass_kg,
+                known.participations_std,
+                1.5,
+            ));
         }
-        shared.push(Knob {
-            targets: mass_targets,
-            ..log("mass".into(), "kg", 0, modes[0].mass_kg, 0.015, 1.15)
-        });
+        let input_scales = [shared.len(), shared.len() + 1];
+        for (name, std) in [
+            ("belt_velocity.scale", belt),
+            ("normal_force.scale", known.normal_force_std),
+        ] {
+            shared.push(Knob {
+                kind: Kind::Input,
+                targets: Vec::new(),
+                ..log(name.into(), "1", 0, 1.0, std, 1.2)
+            });
+        }
         for (item, unit, belief, factor) in [
             ("mu_0", "1", friction.mu_0, 3.0),
             ("v1", "m/s", friction.v1, 5.0),
             ("c2", "s/m", friction.c2, 6.0),
+            ("a2", "1", friction.a2, 3.0),
         ] {
             let name = format!("friction.{item}");
             let reference = reference(&name)?;
@@ -197,6 +220,7 @@ impl Hypothesis {
         shared.push(Knob {
             name: "friction.a1".into(),
             unit: "1".into(),
+            kind: Kind::Reference,
             targets: vec![(reference("friction.a1")?, 1.0)],
             scale: Scale::Linear,
             prior: friction.a1.0,
@@ -204,17 +228,20 @@ impl Hypothesis {
             min: 0.0,
             max: 0.95,
             step: 0.002,
-            of_effect: false,
             support: None,
         });
         let level_reference = reference("friction.level")?;
         let level = |belief: Belief| {
             let name = "friction.level".to_owned();
-            log(name, "1", level_reference, belief.0, belief.1, 4.0)
+            Knob {
+                kind: Kind::Level,
+                ..log(name, "1", level_reference, belief.0, belief.1, 4.0)
+            }
         };
         let offset = Knob {
-            name: super::knob::OFFSET.into(),
+            name: "sensor.offset".into(),
             unit: "m".into(),
+            kind: Kind::Offset,
             targets: vec![(reference("sensor.offset")?, 1.0)],
             scale: Scale::Linear,
             prior: 0.0,
@@ -222,7 +249,6 @@ impl Hypothesis {
             min: -10.0 * spread,
             max: 10.0 * spread,
             step: 1e-3 * spread,
-            of_effect: false,
             support: None,
         };
         let mut own: Vec<Vec<Knob>> = friction
@@ -253,28 +279,40 @@ impl Hypothesis {
                 } else {
                     p.typical.abs()
                 };
+                let centre = if p.role == Role::Shape {
+                    p.typical
+                } else {
+                    0.0
+                };
                 let knob = Knob {
                     name: format!("{}.{}", effect.id, p.name),
                     unit: p.unit.clone(),
+                    kind: match p.role {
+                        Role::Amplitude => Kind::Amplitude,
+                        Role::Shape => Kind::Shape,
+                        Role::Phase => Kind::Phase,
+                        Role::Node => Kind::Node,
+                        Role::Setting => Kind::Constant,
+                    },
                     targets: vec![(p.reference, 1.0)],
                     scale,
-                    prior: if p.role == Role::Shape {
-                        p.typical
-                    } else {
-                        0.0
-                    },
+                    prior: centre,
                     prior_std: match (p.role, scale) {
                         (Role::Phase, _) => 100.0,
                         (_, Scale::Log) => (p.max / p.min).ln(),
                         (_, Scale::Linear) => 3.0 * p.max.abs().max(p.min.abs()),
                     },
-                    min: if p.role == Role::Phase { -1e3 } else { p.min },
+                    min: match p.role {
+                        Role::Phase => -1e3,
+                        // Quite off an effect has no derivatives, which would look like certainty.
+                        Role::Amplitude if p.min == 0.0 => BARELY_ON * p.typical,
+                        _ => p.min,
+                    },
                     max: if p.role == Role::Phase { 1e3 } else { p.max },
                     step: match p.role {
                         Role::Phase => 0.01,
                         _ => 0.01 * typical,
                     },
-                    of_effect: true,
                     support: None,
                 };
                 match p.role {
@@ -294,7 +332,49 @@ impl Hypothesis {
             extra_states,
             has_memory,
             modes: modes.len(),
+            state_scales: modes
+                .iter()
+                .flat_map(|m| [1.0, std::f64::consts::TAU * m.frequency_hz])
+                .collect(),
+            input_scales,
         })
+    }
+
+    /// Belt velocity in m/s and normal force in N of a run.
+    pub fn inputs(&self, run: &Run, shared: &[f64]) -> [f64; 2] {
+        let [belt, force] = self.input_scales.map(|i| self.shared[i].value(shared[i]));
+        [belt * run.belt_velocity, force * run.normal_force]
+    }
+
+    /// Distance in m that belt and tip have moved against each other when a shot of a run starts: the belt's part grows with
+    /// its velocity.
+    pub fn travel(&self, run: &Run, shot: &Shot, shared: &[f64]) -> f64 {
+        let elapsed = shot.time[0] - run.time[0];
+        shot.travel + (self.inputs(run, shared)[0] - run.belt_velocity) * elapsed
+    }
+
+    /// Derivatives by the position of shared knob `c` of all that is set from it in a shot of a run.
+    pub fn changes(
+        &self,
+        references: &References,
+        (run, shot): (&Run, &Shot),
+        c: usize,
+        position: f64,
+    ) -> Vec<(u32, f64)> {
+        let knob = &self.shared[c];
+        let (slope, [belt, force]) = (knob.slope(position), references.inputs);
+        if c == self.input_scales[0] {
+            let elapsed = shot.time[0] - run.time[0];
+            let by_speed = slope * run.belt_velocity;
+            vec![
+                (belt, by_speed),
+                (references.history[0], by_speed * elapsed),
+            ]
+        } else if c == self.input_scales[1] {
+            vec![(force, slope * run.normal_force)]
+        } else {
+            knob.changes(position).collect()
+        }
     }
 
     /// Position of the shared knob with a name.

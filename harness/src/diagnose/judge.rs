@@ -176,6 +176,7 @@ pub fn held_out_from(
         shared: false,
         revive: true,
         belief: 1.0,
+        robust: true,
         reference: true,
     };
     let data = session.data(&learn_shots);

@@ -1,7 +1,27 @@
 //! Knobs: the quantities that a calibration turns, each with its scale, prior and bounds.
 
-/// Name of the knob that is added to the displacement as it is.
-pub const OFFSET: &str = "sensor.offset";
+/// What a knob stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A constant of the structure or of the friction law.
+    Reference,
+    /// The scale of a stated input.
+    Input,
+    /// The friction level of a run.
+    Level,
+    /// A constant that the sensor adds to the displacement as it is.
+    Offset,
+    /// Strength of an effect: zero means off.
+    Amplitude,
+    /// A shape constant of an effect.
+    Shape,
+    /// The phase of something that repeats.
+    Phase,
+    /// One of many values of a profile along the belt.
+    Node,
+    /// Given, never calibrated.
+    Constant,
+}
 
 /// How a knob is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +39,8 @@ pub struct Knob {
     pub name: String,
     /// Unit symbol.
     pub unit: String,
+    /// What it stands for.
+    pub kind: Kind,
     /// FMU variables set from it: value reference and factor.
     pub targets: Vec<(u32, f64)>,
     /// Scale on which it moves.
@@ -33,8 +55,6 @@ pub struct Knob {
     pub max: f64,
     /// Typical change on the knob's scale, for the first difference quotient.
     pub step: f64,
-    /// Whether it belongs to an effect and not to the reference model.
-    pub of_effect: bool,
     /// Places on the belt (m) outside which the knob has no influence.
     pub support: Option<(f64, f64)>,
 }
@@ -42,7 +62,13 @@ pub struct Knob {
 impl Knob {
     /// Whether it is the phase of something that repeats.
     pub fn is_phase(&self) -> bool {
-        self.name.ends_with(".phase")
+        self.kind == Kind::Phase
+    }
+
+    /// Whether it belongs to an effect and not to the reference model.
+    pub fn of_effect(&self) -> bool {
+        use Kind::{Amplitude, Node, Phase, Shape};
+        matches!(self.kind, Amplitude | Shape | Phase | Node)
     }
 
     /// Position on the knob's scale of a value.
@@ -61,12 +87,24 @@ impl Knob {
         }
     }
 
-    /// Derivatives by the position of the FMU's variables that are set from it.
-    pub fn changes(&self, position: f64) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let slope = match self.scale {
+    /// The FMU's variables that are set from it, with their values.
+    pub fn settings(&self, position: f64) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let value = self.value(position);
+        let targets = self.targets.iter();
+        targets.map(move |&(reference, factor)| (reference, factor * value))
+    }
+
+    /// Derivative of its value by its position.
+    pub fn slope(&self, position: f64) -> f64 {
+        match self.scale {
             Scale::Linear => 1.0,
             Scale::Log => position.exp(),
-        };
+        }
+    }
+
+    /// Derivatives by the position of the FMU's variables that are set from it.
+    pub fn changes(&self, position: f64) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let slope = self.slope(position);
         let targets = self.targets.iter();
         targets.map(move |&(reference, factor)| (reference, factor * slope))
     }
@@ -88,8 +126,23 @@ impl Knob {
         value <= self.min + width || value >= self.max - width
     }
 
+    /// Standard deviation of the belief in it that the evidence counts with, on the knob's scale. Fits pull phases, shapes and
+    /// strengths hardly at all, so that none is drawn to a middle that nobody believes in; believed is that they lie
+    /// anywhere between their bounds (phases within one turn), a uniform density of that standard deviation.
+    pub fn volume_std(&self) -> f64 {
+        let uniform = |low: f64, high: f64| (high - low) / 12.0_f64.sqrt();
+        match self.kind {
+            Kind::Phase => uniform(0.0, std::f64::consts::TAU),
+            Kind::Shape if self.scale == Scale::Log => {
+                uniform(self.position(self.min), self.position(self.max))
+            }
+            Kind::Shape | Kind::Amplitude => uniform(self.min, self.max),
+            _ => self.prior_std,
+        }
+    }
+
     /// Whether it is a constant that the sensor adds.
     pub fn is_offset(&self) -> bool {
-        self.name == OFFSET
+        self.kind == Kind::Offset
     }
 }

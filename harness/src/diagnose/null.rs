@@ -62,9 +62,9 @@ pub fn largest_gains(
         let again = screen.recalibrate(again, &found)?;
         let best = found
             .iter()
-            .map(|c| c.score(screen.samples))
+            .map(|c| c.score())
             .fold(f64::INFINITY, f64::min);
-        gains.push(again.score(screen.samples) - best);
+        gains.push(again.score() - best);
     }
     Ok(gains)
 }

@@ -1,6 +1,7 @@
 //! What a diagnosis finds, in the form of diagnosis.json.
 
 use super::forecast::Forecast;
+use super::identifiability::Undetermined;
 use super::propose::ProposedTerm;
 use crate::metric::half_width;
 use serde::Serialize;
@@ -111,10 +112,12 @@ pub struct Standing {
     pub id: String,
     /// Error kept out of the fit, where it was worked out.
     pub holdout_nrmse: f64,
-    /// Gain over the model without it, less half a logarithm of the data for each parameter.
+    /// Posterior probability, among all hypotheses compared.
+    pub probability: f64,
+    /// Gain in evidence over the calibrated model on the data compared, nats.
     pub score: f64,
-    /// Fall of the misfit below the calibrated model's, without a price on parameters. Never negative for an
-    /// effect that an amplitude switches off.
+    /// Fall of the negative logarithm of likelihood and prior below the calibrated model's, nats, without a price on
+    /// parameters. Never negative for an effect that an amplitude switches off.
     pub misfit_fall: f64,
     /// Median error over the noise on the runs fitted.
     pub fit_over_noise: f64,
@@ -144,6 +147,9 @@ pub struct NextMeasurement {
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
+    /// Posterior probability of the verdict: of the effects named, in whatever form, or of nothing missing; where the verdict
+    /// is that something unknown is, of that. `None` where effects were named by hand and nothing was compared.
+    pub verdict_probability: Option<f64>,
     /// The effects in the order in which they were added.
     pub effects: Vec<FoundEffect>,
     /// Forecasts of the runs kept out by the model that the diagnosis ends with.
@@ -168,6 +174,10 @@ pub struct Diagnosis {
     pub remarks: Vec<String>,
     /// Calibrated parameters of the model.
     pub calibrated: BTreeMap<String, Estimate>,
+    /// By which factors belt velocities and normal forces are off from what the campaign states.
+    pub inputs: BTreeMap<String, Estimate>,
+    /// What the data cannot separate.
+    pub identifiability: Vec<Undetermined>,
     /// For the calibrated model and each effect added: power of the residuals at low frequencies over that at high ones.
     /// Noise alone gives somewhat less than 1.
     pub residual_colour: Vec<f64>,

@@ -2,33 +2,18 @@
 
 use super::contender::Contender;
 use super::hypothesis::Choice;
+use super::score_test::{Promise, promise};
 use super::screen::Screen;
-use super::search::{BRIEF, HELD, HIDDEN, variants};
-use super::session::Session;
+use super::search::{HELD, HIDDEN};
+use super::session::parallel;
 use super::whole;
 use crate::error::Error;
 use crate::watch::Watch;
 
+/// Pairs that are fitted before it is asked whether one explains the data: three for each of two cores.
+const BATCH: usize = 6;
 /// Pairs of a leader whose second effect is searched for again from their own optima.
 const RESTARTED: usize = 2;
-
-/// Pairs of the best single effect, which is down to the noise, with every other, best first. The single is fitted again
-/// from its pairs.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub(super) fn behind_the_best(
-    screen: &Screen,
-    list: &[Choice],
-    singles: &mut Vec<Contender>,
-    watch: &dyn Watch,
-) -> Result<Vec<Contender>, Error> {
-    let leader = singles.remove(0);
-    let mut pairs = screen.compete(&with(&leader.choices[0], list, &[]), &leader, HIDDEN, watch)?;
-    singles.insert(0, screen.recalibrate(leader, &pairs)?);
-    screen.polish(&mut pairs, watch)?;
-    Ok(pairs)
-}
 
 /// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other, the reference
 /// model held to what is believed of it, the best then fitted freely. Ends with the first
@@ -49,10 +34,22 @@ pub(super) fn held(
         leaders.iter().partition(|leader| leader.is_local());
     for leader in simple.into_iter().chain(local) {
         let first = &leader.choices[0];
-        let mut jobs = with(first, list, &led);
-        let mut found = screen.freed(&screen.compete(&jobs, leader, HELD, watch)?)?;
-        screen.lend_lines(&mut found, list)?;
-        screen.polish(&mut found, watch)?;
+        let mut jobs = most_promising_first(screen, with(first, list, &led), leader)?;
+        let mut found: Vec<Contender> = Vec::new();
+        for batch in jobs.chunks(BATCH) {
+            let mut new = screen.freed(&screen.compete(batch, leader, HELD, watch)?)?;
+            screen.lend_lines(&mut new, list)?;
+            if found.first().is_none_or(|f| new[0].is_before(f)) {
+                screen.polish(&mut new, watch)?;
+                screen.finish(&mut new, watch)?;
+            }
+            screen.keep_better(&mut found, new);
+            if watch.stop() || explains(screen, found.first_mut())? {
+                pairs.extend(found);
+                screen.sort(&mut pairs);
+                return Ok(pairs);
+            }
+        }
         // A wrong partner that helps brings the leader near its true values: from there the right one is near.
         if let Some(best) = found
             .first()
@@ -72,50 +69,39 @@ pub(super) fn held(
         pairs.extend(found);
         screen.sort(&mut pairs);
         led.push(first.clone());
-        let explains = match pairs.first_mut() {
-            Some(best) if !best.is_local() => whole::stands(screen.session, best)?,
-            _ => false,
-        };
-        if watch.stop() || explains {
+        if watch.stop() || explains(screen, pairs.first_mut())? {
             break;
         }
     }
     Ok(pairs)
 }
 
-/// A pair that explains the data again with the other forms of its effects, from where it stands: of a leader, the form
-/// was chosen before its partner was known.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub(super) fn other_forms(
-    session: &Session,
-    screen: &Screen,
-    pair: &Contender,
-    watch: &dyn Watch,
-) -> Result<Vec<Contender>, Error> {
-    let mut out = Vec::new();
-    for (place, choice) in pair.choices.iter().enumerate() {
-        for form in variants(session, choice.effect) {
-            if form == *choice {
-                continue;
-            }
-            // A search adds the last effect of its list.
-            let mut job = pair.choices.clone();
-            job.remove(place);
-            job.push(form.clone());
-            for found in screen.compete(&[job], pair, BRIEF, watch)? {
-                let mut choices = pair.choices.clone();
-                choices[place] = form.clone();
-                out.push(screen.reordered(&found, &choices)?);
-            }
-        }
+/// Whether a pair without values of its own along each run explains the data; those imitate much.
+fn explains(screen: &Screen, best: Option<&mut Contender>) -> Result<bool, Error> {
+    match best {
+        Some(best) if !best.is_local() => whole::stands(screen.session, best),
+        _ => Ok(false),
     }
-    Ok(out)
+}
+
+/// Pairs with a leader in the order of what a score test promises of the second effect, so that the search may end early. Far
+/// from the noise that test orders and never drops; what it can't test comes after what gains anything.
+fn most_promising_first(
+    screen: &Screen,
+    jobs: Vec<Vec<Choice>>,
+    leader: &Contender,
+) -> Result<Vec<Vec<Choice>>, Error> {
+    let promises = parallel(&jobs, |choices| {
+        promise(screen.session, &screen.shots, choices, &leader.trial)
+    })?;
+    let gain = |p: &Option<Promise>| p.as_ref().map_or(0.0, |p| p.gain);
+    let mut order: Vec<(f64, Vec<Choice>)> = promises.iter().map(gain).zip(jobs).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Ok(order.into_iter().map(|(_, choices)| choices).collect())
 }
 
 /// The pairs of an effect with every other that has not led yet.
-fn with(first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
+pub(super) fn with(first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
     list.iter()
         .filter(|c| c.effect != first.effect && !led.contains(c))
         .map(|c| vec![first.clone(), c.clone()])

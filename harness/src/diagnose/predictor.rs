@@ -172,21 +172,18 @@ impl<'a> Predictor<'a> {
         self.names.clear();
         self.values.clear();
         self.push(r.tolerance, TOLERANCE);
-        self.push(r.inputs[0], run.belt_velocity);
-        self.push(r.inputs[1], run.normal_force);
-        self.push(r.history[0], shot.travel);
+        for (reference, value) in r.inputs.into_iter().zip(h.inputs(run, shared)) {
+            self.push(reference, value);
+        }
+        self.push(r.history[0], h.travel(run, shot, shared));
         self.push(r.history[1], shot.dwell);
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
         }
-        for (knob, &position) in h
-            .shared
-            .iter()
-            .zip(shared)
-            .chain(h.own[shot.run].iter().zip(own))
-        {
-            for &(reference, factor) in &knob.targets {
-                self.push(reference, factor * knob.value(position));
+        let knobs = h.shared.iter().zip(shared);
+        for (knob, &position) in knobs.chain(h.own[shot.run].iter().zip(own)) {
+            for (reference, value) in knob.settings(position) {
+                self.push(reference, value);
             }
         }
         let modal = 2 * h.modes;
@@ -250,7 +247,10 @@ impl<'a> Predictor<'a> {
             match turn {
                 Turn::State(i) if i < modal => self.directions.push([(r.states[i], 1.0)]),
                 Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
-                Turn::Shared(c) => self.directions.push(h.shared[c].changes(shared[c])),
+                Turn::Shared(c) => {
+                    let of = (&self.runs[shot.run], shot);
+                    self.directions.push(h.changes(r, of, c, shared[c]));
+                }
                 Turn::Own(c) => self.directions.push(h.own[shot.run][c].changes(own[c])),
             }
         }

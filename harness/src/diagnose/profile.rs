@@ -1,7 +1,7 @@
 //! The knobs of a friction profile along the belt: values of its own at the places that each run passes.
 
 use super::candidate::{Candidate, Role};
-use super::knob::{Knob, Scale};
+use super::knob::{Kind, Knob, Scale};
 use super::place_map::PlaceMap;
 use crate::error::Error;
 
@@ -65,6 +65,7 @@ pub(super) fn add_profile(
         let constant = |reference: u32, name: &str, value: f64| Knob {
             name: format!("{}.{name}", effect.id),
             unit: "m".into(),
+            kind: Kind::Constant,
             targets: vec![(reference, 1.0)],
             scale: Scale::Linear,
             prior: value,
@@ -72,7 +73,6 @@ pub(super) fn add_profile(
             min: value,
             max: value,
             step: 0.0,
-            of_effect: true,
             support: None,
         };
         knobs.push(constant(length, "length", span));
@@ -83,6 +83,7 @@ pub(super) fn add_profile(
             knobs.push(Knob {
                 name: format!("{}.{}", effect.id, node.name),
                 unit: node.unit.clone(),
+                kind: Kind::Node,
                 targets: vec![(node.reference, 1.0)],
                 scale: Scale::Linear,
                 prior: map.map_or(0.0, |m| m.at(at)),
@@ -90,10 +91,14 @@ pub(super) fn add_profile(
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,
-                of_effect: true,
                 support: Some((at - 2.5 * spacing, at + 2.5 * spacing)),
             });
         }
     }
     Ok(())
+}
+
+/// Whether an effect has values along the belt.
+pub(super) fn is_profile(effect: &Candidate) -> bool {
+    effect.find_role(Role::Node).is_some()
 }

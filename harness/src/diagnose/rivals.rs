@@ -1,11 +1,9 @@
 //! Hypotheses that the data can't tell from the one named.
 
 use super::contender::{Contender, FLOOR_MEDIAN, name};
+pub use super::decision::TIE;
 use super::select::Selection;
 use super::session::Session;
-
-/// Rivals whose score lies within this of the best can't be told from it.
-pub const TIE: f64 = 12.0;
 
 /// The others with as many effects as the hypothesis at the end of the path that explain the data as well.
 fn alike(selection: &Selection) -> impl Iterator<Item = &Contender> {
@@ -14,10 +12,10 @@ fn alike(selection: &Selection) -> impl Iterator<Item = &Contender> {
         Some(best) if best.choices.len() > 1 => &selection.pairs,
         _ => &selection.singles,
     };
-    let limit = best.map_or(f64::NEG_INFINITY, |b| b.score(selection.samples) + TIE);
+    let limit = best.map_or(f64::INFINITY, |b| b.log_posterior - TIE);
     others
         .iter()
-        .filter(move |c| c.score(selection.samples) < limit)
+        .filter(move |c| c.reaches_floor() && c.log_posterior > limit)
 }
 
 /// The hypothesis at the end of the path and those with other effects that explain the data as well.
@@ -63,7 +61,7 @@ pub fn others(session: &Session, selection: &Selection) -> String {
     let as_well: Vec<String> = others
         .iter()
         .take_while(|c| error(c) <= FLOOR_MEDIAN)
-        .map(|c| beside(session, selection, best, c))
+        .map(|c| beside(session, best, c))
         .collect();
     match (as_well.is_empty(), others.first()) {
         (false, _) => as_well.join(" "),
@@ -78,14 +76,14 @@ pub fn others(session: &Session, selection: &Selection) -> String {
 }
 
 /// A candidate that comes down to the noise too, beside the one named.
-fn beside(session: &Session, selection: &Selection, best: &Contender, other: &Contender) -> String {
+fn beside(session: &Session, best: &Contender, other: &Contender) -> String {
     let kept_out = match &other.holdout {
         Some(h) if h.nrmse.is_finite() => {
             format!(", {:.2} % on runs kept out", 100.0 * h.nrmse)
         }
         _ => String::new(),
     };
-    let behind = other.score(selection.samples) - best.score(selection.samples);
+    let behind = other.score() - best.score();
     let more = other.size() as isize - best.size() as isize;
     let why = match (other.reaches_floor(), more > 0) {
         (false, _) => "what it leaves is not noise, or it bends the structure".to_owned(),

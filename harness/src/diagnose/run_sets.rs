@@ -46,7 +46,7 @@ fn run_set(session: &Session, step: &Step, run: usize) -> RunSet {
     let of_run = judgement.shots.iter().enumerate();
     let of_run = of_run.filter(|(_, k)| session.shots[**k].run == run);
     let mut pieces: Vec<Piece> = of_run
-        .map(|(place, &k)| piece(session, &judgement.point, place, k))
+        .map(|(place, &k)| piece(session, step, &judgement.point, place, k))
         .collect();
     pieces.sort_by(|a, b| a.start.total_cmp(&b.start));
     RunSet {
@@ -59,23 +59,15 @@ fn run_set(session: &Session, step: &Step, run: usize) -> RunSet {
 
 /// Everything that the FMU is given before each piece of a run, by name.
 fn parameters(session: &Session, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
-    let (h, r) = (&step.trial.hypothesis, &session.references);
-    let of = &session.campaign.runs[run];
-    let mut out = vec![
-        (r.inputs[0], of.belt_velocity),
-        (r.inputs[1], of.normal_force),
-    ];
+    let h = &step.trial.hypothesis;
+    let inputs = h.inputs(&session.campaign.runs[run], &point.shared);
+    let mut out: Vec<(u32, f64)> = session.references.inputs.into_iter().zip(inputs).collect();
     out.extend(&h.fixed);
     let shared = h.shared.iter().zip(&point.shared);
     let own = h.own[run].iter().zip(&point.own[run]);
-    let targets = |(knob, position): (&Knob, &f64)| {
-        let value = knob.value(*position);
-        let targets = knob.targets.iter();
-        targets
-            .map(|&(reference, factor)| (reference, factor * value))
-            .collect::<Vec<_>>()
-    };
-    out.extend(shared.chain(own).flat_map(targets));
+    let settings =
+        |(knob, position): (&Knob, &f64)| -> Vec<(u32, f64)> { knob.settings(*position).collect() };
+    out.extend(shared.chain(own).flat_map(settings));
     let reals = out
         .into_iter()
         .map(|(reference, value)| (real_name(session, reference), value));
@@ -104,11 +96,13 @@ fn start_names(session: &Session, step: &Step) -> Vec<String> {
     HOW.map(str::to_owned).into_iter().chain(states).collect()
 }
 
-fn piece(session: &Session, point: &Point, place: usize, k: usize) -> Piece {
+fn piece(session: &Session, step: &Step, point: &Point, place: usize, k: usize) -> Piece {
     let shot = &session.shots[k];
     let origin = session.campaign.runs[shot.run].time[0];
     let contact = if point.stuck[place] { STICK } else { SLIP };
-    let how = [contact, SETTLED, shot.travel, shot.dwell];
+    let h = &step.trial.hypothesis;
+    let travel = h.travel(&session.campaign.runs[shot.run], shot, &point.shared);
+    let how = [contact, SETTLED, travel, shot.dwell];
     Piece {
         start: shot.time[0] - origin,
         end: shot.time[shot.time.len() - 1] - origin,

@@ -36,6 +36,20 @@ pub enum Argument {
     Travel,
 }
 
+/// Number of frequencies or wave numbers within the bounds of a periodic effect that a campaign can tell apart: their range
+/// times the length of time or of belt seen.
+pub fn independent_lines(effect: &Candidate, shots: &[Shot]) -> f64 {
+    let (Some((_, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
+        return 1.0;
+    };
+    let p = &effect.parameters[shape];
+    let width = match argument {
+        Argument::Time => p.max - p.min,
+        Argument::Travel => p.min.recip() - p.max.recip(),
+    };
+    (width * range(shots, argument)).max(1.0)
+}
+
 /// Steps to each side that count as near a line.
 const NEIGHBOURS: f64 = 5.0;
 

@@ -43,8 +43,6 @@ pub struct Screen<'a> {
     pub indices: Vec<usize>,
     /// The shots themselves.
     pub shots: Vec<Shot>,
-    /// Number of samples used in them.
-    pub samples: f64,
 }
 
 impl<'a> Screen<'a> {
@@ -58,12 +56,10 @@ impl<'a> Screen<'a> {
 
     /// Shots at the places `indices` of the session's, their measurements perhaps replaced.
     pub fn of_shots(session: &'a Session<'a>, indices: Vec<usize>, shots: Vec<Shot>) -> Self {
-        let samples = shots.iter().map(|s| s.count as f64).sum::<f64>() / search::STRIDE as f64;
         Self {
             session,
             indices,
             shots,
-            samples,
         }
     }
 
@@ -73,7 +69,7 @@ impl<'a> Screen<'a> {
 
     /// Best first.
     pub fn sort(&self, contenders: &mut [Contender]) {
-        contenders.sort_by(|a, b| a.score(self.samples).total_cmp(&b.score(self.samples)));
+        contenders.sort_by(Contender::compare);
     }
 
     /// The reference model, fitted; `belief` is how firmly it is held to what is believed of it.
@@ -121,7 +117,7 @@ impl<'a> Screen<'a> {
     pub fn keep_better(&self, contenders: &mut Vec<Contender>, others: Vec<Contender>) {
         for other in others {
             match contenders.iter_mut().find(|c| c.choices == other.choices) {
-                Some(mine) if other.score(self.samples) < mine.score(self.samples) => *mine = other,
+                Some(mine) if other.is_before(mine) => *mine = other,
                 Some(_) => {}
                 None => contenders.push(other),
             }
@@ -166,7 +162,7 @@ impl<'a> Screen<'a> {
         watch.step("fitting the best candidates further", 0, 1);
         let polished = parallel(&wanted, |&i| self.further(&contenders[i], POLISH))?;
         for (i, new) in wanted.into_iter().zip(polished) {
-            if new.score(self.samples) < contenders[i].score(self.samples) {
+            if new.is_before(&contenders[i]) {
                 contenders[i] = new;
             }
         }
@@ -199,7 +195,7 @@ impl<'a> Screen<'a> {
         })?;
         let mut best = base;
         for retry in retried {
-            if retry.fit.trimmed < best.fit.trimmed {
+            if retry.is_before(&best) {
                 best = retry;
             }
         }
@@ -213,7 +209,7 @@ impl<'a> Screen<'a> {
     /// An FMU that can't be run.
     pub fn nest(&self, contenders: &mut [Contender], base: &Contender) -> Result<(), Error> {
         let above: Vec<usize> = (0..contenders.len())
-            .filter(|&i| contenders[i].fit.trimmed > base.fit.trimmed)
+            .filter(|&i| contenders[i].trial.fit.misfit > base.trial.fit.misfit)
             .collect();
         let again = parallel(&above, |&i| {
             let choices = &contenders[i].choices;
@@ -221,7 +217,7 @@ impl<'a> Screen<'a> {
             self.contender(choices.clone(), trial)
         })?;
         for (i, new) in above.into_iter().zip(again) {
-            if new.fit.trimmed < contenders[i].fit.trimmed {
+            if new.trial.fit.misfit < contenders[i].trial.fit.misfit {
                 contenders[i] = new;
             }
         }
@@ -287,7 +283,7 @@ impl<'a> Screen<'a> {
             ..whole::last_effort()
         };
         let further = self.further_by(contender, effort)?;
-        let is_better = further.fit.trimmed < contender.fit.trimmed;
+        let is_better = further.is_before(contender);
         Ok(if is_better {
             further
         } else {

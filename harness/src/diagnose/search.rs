@@ -15,6 +15,8 @@ use crate::error::Error;
 
 /// Every how many-th sample is used while searching.
 pub const STRIDE: usize = 2;
+/// Strength of an effect that is as good as off, as a share of the typical one.
+const NEARLY_OFF: f64 = 1e-6;
 /// Jacobians for a first look at a start.
 const LOOK: usize = 3;
 /// Share of each shot for a first look: a short horizon is less easily caught in a local minimum.
@@ -48,6 +50,7 @@ pub fn effort(iterations: usize) -> Effort {
         shared: true,
         revive: true,
         belief: 1.0,
+        robust: true,
         reference: true,
     }
 }
@@ -74,7 +77,8 @@ fn switched_off(session: &Session, h: &Hypothesis, base: &Trial, shots: &[Shot])
             .filter(|p| p.role == Role::Amplitude)
         {
             if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
-                point.shared[i] = h.shared[i].clamp(0.0);
+                // Quite off it has no derivatives.
+                point.shared[i] = h.shared[i].clamp(NEARLY_OFF * p.typical);
             }
         }
     }
@@ -95,7 +99,11 @@ pub fn from_nested(
     let data = session.data(shots);
     let mut predictor = session.predictor(&hypothesis)?;
     let off = switched_off(session, &hypothesis, base, shots);
-    let fit = Fitter::new(&mut predictor, &hypothesis, &data, effort(BRIEF.look)).run(off);
+    let as_compared = Effort {
+        robust: false,
+        ..effort(BRIEF.look)
+    };
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, as_compared).run(off);
     Ok(Trial { hypothesis, fit })
 }
 

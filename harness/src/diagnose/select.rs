@@ -1,17 +1,19 @@
 //! Which effect: every candidate is fitted, judged, and added one after another while it helps.
 
-use super::contender::{Contender, NULL_GAIN, name};
+use super::contender::{Contender, name};
+use super::decision::{decide, log_prior};
+use super::exploration::{Exploration, explore};
 use super::fit::Fitter;
 use super::forecast::{Forecast, forecasts};
-use super::hunt::{Hunt, hunt};
 use super::hypothesis::Choice;
 use super::judge::{self, Care, Judgement};
 use super::null;
-use super::path::{believed_path, is_profile};
 use super::predictor::Point;
+use super::profile::is_profile;
 use super::screen::Screen;
 use super::search::{self, THOROUGH, Trial, variants};
 use super::session::{Session, parallel};
+use super::terms::is_term;
 use crate::error::Error;
 use crate::watch::Watch;
 
@@ -24,7 +26,7 @@ const PAIRS_LISTED: usize = 5;
 pub struct Beyond {
     /// What explains the data too, but not as well; `None` where nothing else does.
     pub rival: Option<String>,
-    /// Fall of the objective through the term, less the price of its parameters: below that rival, or the calibrated model.
+    /// How far its posterior is above that rival's, or the calibrated model's, nats.
     pub gain: f64,
 }
 
@@ -53,8 +55,6 @@ pub struct Selection {
     pub by_break_aways: bool,
     /// The term beyond the catalogue at the end of the path, if it needs one.
     pub beyond: Option<Beyond>,
-    /// Samples that the comparison rests on.
-    pub samples: f64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
     /// Whether the effects were named by hand, so that no other was tried.
@@ -101,34 +101,44 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
     let screen = Screen::new(session);
     watch.step("calibrating the reference model", 0, 1);
     let (as_given, as_given_holdout, as_given_forecasts) = as_given(session, &screen)?;
-    let Hunt {
+    let Exploration {
         alone,
         mut calibrated,
         mut singles,
         mut pairs,
-        beyond,
         ..
-    } = hunt(session, &screen, watch)?;
+    } = explore(session, &screen, watch)?;
     let stopped = watch.stop();
-    if !stopped {
-        watch.step("judging the candidates on the runs kept out", 0, 1);
-        judge_candidates(session, &calibrated, &mut singles, &mut pairs)?;
-    }
-    let samples = screen.samples;
-    let gain = |term: &Contender| calibrated.score(samples) - term.score(samples);
-    let (mut path, beyond) = match beyond {
-        Some(term) => {
-            let gain = gain(&term);
-            (vec![term], Some(Beyond { rival: None, gain }))
+    watch.step("comparing the best on all data", 0, 1);
+    let mut all: Vec<&mut Contender> = std::iter::once(&mut calibrated)
+        .chain(&mut singles)
+        .chain(&mut pairs)
+        .collect();
+    let best = decide(session, &mut all)?;
+    let explained = best.is_some();
+    let mut path = match best {
+        Some(0) => Vec::new(),
+        Some(i) if i <= singles.len() => vec![singles.remove(i - 1)],
+        Some(i) => {
+            let pair = pairs.remove(i - 1 - singles.len());
+            let first = singles.iter().position(|s| s.choices[0] == pair.choices[0]);
+            let first = first.map(|i| singles.remove(i));
+            first.into_iter().chain([pair]).collect()
         }
-        None => {
-            let path = believed_path(&mut singles, &mut pairs, &calibrated, samples);
-            (path, None)
+        // What helps most, to show how far it goes.
+        None if singles
+            .first()
+            .is_some_and(|s| s.score() < calibrated.score()) =>
+        {
+            vec![singles.remove(0)]
         }
+        None => Vec::new(),
     };
-    let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    judge_candidates(session, &calibrated, &mut singles, &mut pairs)?;
     let list = search::all_variants(session);
-    let profile = list.iter().find(|c| is_profile(session, c));
+    let profile = list
+        .iter()
+        .find(|c| is_profile(&session.catalogue[c.effect]));
     let by_break_aways = match profile {
         Some(choice) if !explained && !stopped && session.place_is_told() => {
             let jobs = [vec![choice.clone()]];
@@ -143,6 +153,7 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         }
         _ => false,
     };
+    let beyond = beyond(session, explained, &path, &calibrated, &singles);
     Ok(Selection {
         as_given,
         as_given_holdout,
@@ -155,11 +166,39 @@ pub fn select(session: &Session, watch: &dyn Watch) -> Result<Selection, Error> 
         explained,
         by_break_aways,
         beyond,
-        samples,
         stopped,
         by_hand: false,
-        threshold: NULL_GAIN,
+        threshold: -log_prior(session, 1),
         by_chance: Vec::new(),
+    })
+}
+
+/// What is beyond the catalogue in a hypothesis that explains the data: a term at the end of its path.
+fn beyond(
+    session: &Session,
+    explained: bool,
+    path: &[Contender],
+    calibrated: &Contender,
+    singles: &[Contender],
+) -> Option<Beyond> {
+    let best = path.last().filter(|_| explained)?;
+    let has_term = |c: &Contender| {
+        let mut effects = c.choices.iter().map(|choice| choice.effect);
+        effects.any(|e| is_term(&session.catalogue[e].id))
+    };
+    if !has_term(best) {
+        return None;
+    }
+    let rival = std::iter::once(calibrated)
+        .chain(singles)
+        .filter(|c| c.reaches_floor() && !has_term(c))
+        .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior));
+    Some(Beyond {
+        rival: rival.map(|r| match r.choices.is_empty() {
+            true => "the calibrated model".to_owned(),
+            false => name(session, &r.choices),
+        }),
+        gain: best.log_posterior - rival.unwrap_or(calibrated).log_posterior,
     })
 }
 
@@ -199,7 +238,7 @@ fn judge_candidates(
         .iter_mut()
         .take(SINGLES_JUDGED)
         .chain(&mut pairs[..listed])
-        .filter(|c| c.fit.trimmed <= calibrated.fit.trimmed)
+        .filter(|c| !calibrated.is_before(c))
         .collect();
     let trials: Vec<&Trial> = all.iter().map(|c| &c.trial).collect();
     let judgements = parallel(&trials, |trial| {
@@ -240,7 +279,8 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         path.push(forms.swap_remove(0));
     }
     let explained = path.last().unwrap_or(&calibrated).reaches_floor();
-    let is_profile_alone = path.len() == 1 && is_profile(session, &path[0].choices[0]);
+    let is_profile_alone =
+        path.len() == 1 && is_profile(&session.catalogue[path[0].choices[0].effect]);
     Ok(Selection {
         as_given,
         as_given_holdout,
@@ -252,11 +292,10 @@ pub fn follow(session: &Session, effects: &[usize], watch: &dyn Watch) -> Result
         by_break_aways: !explained && is_profile_alone && session.place_is_told(),
         explained,
         beyond: None,
-        samples: screen.samples,
         stopped: path.len() < effects.len(),
         by_hand: true,
         path,
-        threshold: NULL_GAIN,
+        threshold: -log_prior(session, 1),
         by_chance: Vec::new(),
     })
 }

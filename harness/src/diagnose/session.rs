@@ -1,10 +1,12 @@
 //! What every stage of a diagnosis shares: the FMU, the campaign, its shots, and what is held out.
 
+use super::belt_speed::{BeltScale, belt_scale};
 use super::break_away::{BreakAways, place_is_told, predict};
 use super::break_away_events::{Event, events};
 use super::candidate::{Candidate, candidates};
 use super::fit::Data;
 use super::friction_prior::FrictionPrior;
+use super::hold_out::HoldOut;
 use super::hypothesis::{Choice, Hypothesis, References, structure};
 use super::place_map::PlaceMap;
 use super::predictor::Predictor;
@@ -13,7 +15,7 @@ use super::shot::{Shot, Smoothing, cut, smooth_run, thin};
 use super::unexplained::Spectra;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{Campaign, Role, of_one_sensor};
+use crate::measurement::{Campaign, of_one_sensor};
 pub use crate::parallel::parallel;
 
 /// Shortest horizon of a prediction in s.
@@ -32,8 +34,10 @@ const ALIKE: f64 = 100.0;
 pub struct Session<'a> {
     /// The model.
     pub fmu: &'a Fmu,
-    /// The measurements.
-    pub campaign: &'a Campaign,
+    /// The measurements, with the belt speeds that their stick phases show.
+    pub campaign: Campaign,
+    /// Factor from the stated belt speeds to these.
+    pub belt_scale: BeltScale,
     /// Effects that the model offers.
     pub catalogue: Vec<Candidate>,
     /// Names looked up.
@@ -67,9 +71,26 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// A campaign that the observer refuses, or an FMU without the variables needed.
-    pub fn new(fmu: &'a Fmu, campaign: &'a Campaign) -> Result<Self, Error> {
+    pub fn new(fmu: &'a Fmu, campaign: &Campaign) -> Result<Self, Error> {
+        Self::holding_out(fmu, campaign, HoldOut::Middle)
+    }
+
+    /// The same, where the user says what is held out.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let references = References::new(fmu, structure.modes().len())?;
+        let belt_scale = belt_scale(
+            &campaign.runs,
+            &structure,
+            campaign.uncertainty.belt_velocity_std,
+        )?;
+        let mut campaign = campaign.clone();
+        for run in &mut campaign.runs {
+            run.belt_velocity *= belt_scale.value;
+        }
         let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
         let shortest = smoothings
             .iter()
@@ -140,7 +161,7 @@ impl<'a> Session<'a> {
                 .iter()
                 .map(|r| deviation(&r.displacement))
                 .collect(),
-            held_out: hold_out(campaign),
+            held_out: rule.of(&campaign),
             friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
             spectra: Spectra::default(),
             break_aways,
@@ -150,6 +171,7 @@ impl<'a> Session<'a> {
             horizon,
             fmu,
             campaign,
+            belt_scale,
         };
         session.has_shots()?;
         Ok(session)
@@ -184,6 +206,16 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Number of runs that are fitted.
+    pub fn fitted_runs(&self) -> usize {
+        self.held_out.iter().filter(|out| !**out).count()
+    }
+
+    /// Belt speed of a run in m/s as the campaign states it.
+    pub fn stated_belt_velocity(&self, run: usize) -> f64 {
+        self.campaign.runs[run].belt_velocity / self.belt_scale.value
+    }
+
     /// Mean standard deviation of the displacement over the runs, in m.
     pub fn mean_spread(&self) -> f64 {
         self.spread.iter().sum::<f64>() / self.spread.len() as f64
@@ -206,11 +238,11 @@ impl<'a> Session<'a> {
     pub fn hypothesis(&self, choices: &[Choice]) -> Result<Hypothesis, Error> {
         Hypothesis::new(
             self.fmu,
-            self.campaign,
+            &self.campaign,
             &self.catalogue,
             choices,
             &self.tracks,
-            self.mean_spread(),
+            (self.mean_spread(), self.belt_scale.std),
             &self.friction,
         )
     }
@@ -252,36 +284,4 @@ impl<'a> Session<'a> {
 pub fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-}
-
-/// Runs kept out of every fit: those that the campaign names, else a third, from the middle of the
-/// operating points.
-fn hold_out(campaign: &Campaign) -> Vec<bool> {
-    let count = campaign.runs.len();
-    if campaign.runs.iter().any(|r| r.role.is_some()) {
-        return campaign
-            .runs
-            .iter()
-            .map(|r| r.role == Some(Role::Holdout))
-            .collect();
-    }
-    let mut out = vec![false; count];
-    if count >= 3 {
-        // The points nearest the middle of the (v0, F_N) plane, so that fits need not extrapolate.
-        let centred = |value: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let all: Vec<f64> = (0..count).map(value).collect();
-            let mean = all.iter().sum::<f64>() / count as f64;
-            let width = deviation(&all).max(1e-12);
-            all.iter().map(|v| (v - mean) / width).collect()
-        };
-        let speed = centred(&|r| campaign.runs[r].belt_velocity);
-        let force = centred(&|r| campaign.runs[r].normal_force);
-        let distance: Vec<f64> = speed.iter().zip(&force).map(|(a, b)| a.hypot(*b)).collect();
-        let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by(|&a, &b| distance[a].total_cmp(&distance[b]));
-        for &run in &order[..count / 3] {
-            out[run] = true;
-        }
-    }
-    out
 }

@@ -47,14 +47,10 @@ pub struct Smoothing {
     pub first_time: f64,
 }
 
-/// Estimates motion and phases of a run with the linear structure as known.
-///
-/// # Errors
-/// Sampling too slow for the modes and whatever else the smoother refuses.
-pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> {
+/// The measured displacement on a uniform grid, m: NaN where a sample is missing or not to be trusted; smoothers bridge them.
+pub fn trusted_signal(run: &Run) -> Vec<f64> {
     let trusted = run.trusted();
     let h = run.sample_interval();
-    // Missing samples become NaN on a uniform grid; the smoother bridges them.
     let mut signal = Vec::with_capacity(run.time.len());
     for k in 0..run.time.len() {
         let slot = ((run.time[k] - run.time[0]) / h).round() as usize;
@@ -69,6 +65,16 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
             });
         }
     }
+    signal
+}
+
+/// Estimates motion and phases of a run with the linear structure as known.
+///
+/// # Errors
+/// Sampling too slow for the modes and whatever else the smoother refuses.
+pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> {
+    let h = run.sample_interval();
+    let signal = trusted_signal(run);
     let settings = StickSlipSettings {
         rounds: 2,
         iterations: 4,

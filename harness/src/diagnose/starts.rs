@@ -245,7 +245,7 @@ fn resonance_starts<'a>(
 }
 
 /// A point in which a periodic effect stands at a line.
-fn at(h: &Hypothesis, effect: &Candidate, origin: &Point, line: &Line) -> Option<Point> {
+pub(super) fn at(h: &Hypothesis, effect: &Candidate, origin: &Point, line: &Line) -> Option<Point> {
     let name = |role: Role| {
         let parameter = &effect.parameters[effect.find_role(role)?];
         Some(format!("{}.{}", effect.id, parameter.name))

@@ -24,6 +24,7 @@ pub fn last_effort() -> Effort {
         tolerance: REFIT_TOLERANCE,
         patience: 2,
         stride: 1,
+        robust: false,
         ..search::effort(REFIT)
     }
 }
@@ -49,12 +50,18 @@ pub fn refit(
             start.stuck[j] = contender.trial.fit.point.stuck[i];
         }
     }
-    let effort = if contender.reaches_floor() {
-        last_effort()
-    } else {
-        search::effort(REFIT_OF_WRONG)
-    };
-    search::settled(session, h, shots, start, effort)
+    if !contender.reaches_floor() {
+        return search::settled(session, h, shots, start, search::effort(REFIT_OF_WRONG));
+    }
+    // Shots that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
+    let near = search::settled(session, h, shots, start, search::effort(REFIT))?;
+    search::settled(
+        session,
+        near.hypothesis,
+        shots,
+        near.fit.point,
+        last_effort(),
+    )
 }
 
 /// Whether a contender that is down to the noise on the shots compared also stands when it is fitted to all: it must neither bend

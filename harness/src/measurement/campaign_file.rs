@@ -7,13 +7,14 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::csv_table::Channels;
-use super::{BeamKnowledge, Role};
+use super::{BeamKnowledge, Role, Uncertainty};
 use crate::error::Error;
 
 /// The file's content, checked.
 pub(super) struct CampaignFile {
     pub name: Option<String>,
     pub beam: BeamKnowledge,
+    pub uncertainty: Uncertainty,
     pub runs: Vec<RunEntry>,
 }
 
@@ -34,9 +35,21 @@ struct RawFile {
     #[serde(default)]
     beam: RawBeam,
     #[serde(default)]
+    uncertainty: RawUncertainty,
+    #[serde(default)]
     channels: RawChannels,
     #[serde(default)]
     run: Vec<RawRun>,
+}
+
+/// Standard deviations as shares of the value; what is left out has a default.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawUncertainty {
+    belt_velocity_std: Option<Spanned<f64>>,
+    normal_force_std: Option<Spanned<f64>>,
+    natural_frequencies_std: Option<Spanned<f64>>,
+    participations_std: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -86,6 +99,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     })?;
     let check = Check { path, text: &text };
     let beam = check.beam(raw.beam)?;
+    let uncertainty = check.uncertainty(raw.uncertainty)?;
     if raw.run.is_empty() {
         return Err(Error::NoRuns {
             path: path.to_owned(),
@@ -99,6 +113,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     Ok(CampaignFile {
         name: raw.name,
         beam,
+        uncertainty,
         runs,
     })
 }
@@ -136,6 +151,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     Ok(CampaignFile {
         name: None,
         beam: check.beam(raw.beam)?,
+        uncertainty: Uncertainty::default(),
         runs: vec![check.run(run, &raw.channels)?],
     })
 }
@@ -160,6 +176,10 @@ type Rule = (fn(f64) -> bool, &'static str);
 const POSITIVE: Rule = (|v| v > 0.0, "it must be greater than zero");
 const NOT_NEGATIVE: Rule = (|v| v >= 0.0, "it must not be negative");
 const NOT_ZERO: Rule = (|v| v != 0.0, "it must not be zero");
+const SHARE: Rule = (
+    |v| (1e-6..=0.5).contains(&v),
+    "it is a share of the value, from 0.000001 to 0.5",
+);
 const ANY: Rule = (|_| true, "it must be a finite number");
 
 impl Check<'_> {
@@ -219,6 +239,36 @@ impl Check<'_> {
                 ),
             }),
         }
+    }
+
+    fn uncertainty(&self, raw: RawUncertainty) -> Result<Uncertainty, Error> {
+        let usual = Uncertainty::default();
+        let share = |key: &str, given: Option<Spanned<f64>>, usual: f64| match given {
+            Some(value) => self.number(&format!("[uncertainty] {key}"), "1", SHARE, value),
+            None => Ok(usual),
+        };
+        Ok(Uncertainty {
+            belt_velocity_std: share(
+                "belt_velocity_std",
+                raw.belt_velocity_std,
+                usual.belt_velocity_std,
+            )?,
+            normal_force_std: share(
+                "normal_force_std",
+                raw.normal_force_std,
+                usual.normal_force_std,
+            )?,
+            natural_frequencies_std: share(
+                "natural_frequencies_std",
+                raw.natural_frequencies_std,
+                usual.natural_frequencies_std,
+            )?,
+            participations_std: share(
+                "participations_std",
+                raw.participations_std,
+                usual.participations_std,
+            )?,
+        })
     }
 
     fn beam(&self, raw: RawBeam) -> Result<BeamKnowledge, Error> {

@@ -22,8 +22,8 @@ pub fn section(page: Page, material: &Material) -> Page {
     let entries = ranking(material);
     let page = page.section(super::SECTIONS[2]).paragraph(&format!(
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
-         Its gain is the fall of the fit's objective (the natural logarithm of the likelihood, without the worst fifth of the pieces) less a price for its parameters. \
-         A gain above {:.0} is rarer than chance; a name is given only if the error also comes down to the noise.",
+         Its gain is that of the evidence (natural logarithm, nats) over the calibrated model: how much better the data fit, less the price of all that it may choose. \
+         A gain of {:.1} makes up for the prior odds of one kind among all; a name is given only if the error also comes down to the noise.",
         material.selection.threshold
     ));
     if entries.is_empty() {
@@ -41,7 +41,7 @@ pub fn section(page: Page, material: &Material) -> Page {
 
 fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
     let selection = material.selection;
-    let base = selection.calibrated.score(selection.samples);
+    let base = selection.calibrated.score();
     let found = material.diagnosis.verdict == Verdict::EffectFound || selection.beyond.is_some();
     let on_path = selection.path.iter().map(|c| (c, true));
     let others = selection
@@ -53,7 +53,7 @@ fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
         .chain(others)
         .map(|(contender, path)| Entry {
             name: label(material, contender),
-            gain: base - contender.score(selection.samples),
+            gain: base - contender.score(),
             contender,
             believed: path && found,
         })

@@ -13,6 +13,8 @@ mod statistics;
 mod verdict;
 mod views;
 
+pub use verdict::likely;
+
 use std::path::Path;
 
 use crate::diagnose::outcome::Diagnosis;

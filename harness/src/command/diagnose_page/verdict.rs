@@ -84,6 +84,13 @@ fn fall(material: &Material) -> String {
 /// What was found and how sure it is.
 pub fn words(page: Page, material: &Material) -> Page {
     let diagnosis = material.diagnosis;
+    let page = match diagnosis.verdict_probability {
+        Some(probability) => page.paragraph(&format!(
+            "Probability of this verdict among all that was compared: {}.",
+            likely(probability)
+        )),
+        None => page,
+    };
     let page = match diagnosis.verdict {
         Verdict::EffectFound if material.selection.by_break_aways => {
             page.paragraph(&diagnosis.summary)
@@ -102,6 +109,15 @@ pub fn words(page: Page, material: &Material) -> Page {
     } else {
         page.subsection("What these data can't tell, and why")
             .list(&diagnosis.remarks)
+    }
+}
+
+/// A probability in percent; what is nearly sure or next to nothing is not written as if it were quite so.
+pub fn likely(probability: f64) -> String {
+    match 100.0 * probability {
+        p if p > 99.95 => "> 99.9 %".to_owned(),
+        p if p < 0.05 => "< 0.1 %".to_owned(),
+        p => format!("{p:.1} %"),
     }
 }
 
@@ -128,7 +144,7 @@ fn found(effect: &FoundEffect, others: &str) -> String {
         )
     };
     format!(
-        "{}: {} (± is half the 95 % interval). It raises the logarithm of the likelihood by {} where chance reaches {}: {sure}. {ties}{others} What remains on the runs fitted is {} times the sensor noise (1 is the floor).",
+        "{}: {} (± is half the 95 % interval). It raises the logarithm of the evidence by {} where {} make up for its prior odds: {sure}. {ties}{others} What remains on the runs fitted is {} times the sensor noise (1 is the floor).",
         effect.id,
         if values.is_empty() {
             "its values differ from run to run".to_owned()

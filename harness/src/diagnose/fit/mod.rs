@@ -1,21 +1,23 @@
 //! Calibration: multiple shooting with a loss that forgives the few shots that graze a transition.
 //!
-//! Objective: `Q = sum_shots n/2 r(S/(n s^2)) + sum_knobs ((u - u_prior)/s_prior)^2 / 2`, with S the
+//! Objective of a search: `Q = sum_shots n/2 r(S/(n s^2)) + sum_knobs ((u - u_prior)/s_prior)^2 / 2`, with S the
 //! sum of squares of a shot's n residuals and s the sensor noise; `r(x) = x` up to c = [`SURE`] and
 //! `c (1 + ln(x/c))` beyond: Gaussian while a shot's error may be the noise's, and with a variance of its
-//! own where it is more (Huber's idea with a logarithm). Minimised by Levenberg-Marquardt on the equivalent
-//! weighted least squares; the start states of each shot are eliminated (Schur complement), so that the
-//! cost grows linearly with the number of shots. The fifth of the shots that fit worst has no say in the
-//! knobs nor in whether a step is accepted: one shot that comes to graze a transition would else bar the
-//! way for all others.
+//! own where it is more (Huber's idea with a logarithm); the fifth of the shots that fit worst has no say: one shot that
+//! comes to graze a transition would else bar the way for all others. Objective of what is compared: the likelihood of
+//! [`likelihood`] with the same priors, no shot left out. Minimised by Levenberg-Marquardt on the equivalent weighted least
+//! squares; the start states of each shot are eliminated (Schur complement), so that the cost grows linearly with the
+//! number of shots.
 
 mod jacobian;
+mod likelihood;
 mod normal;
 mod revive;
 
 pub(super) use normal::scaled_inverse;
 
-use self::normal::Normal;
+use self::likelihood::Likelihood;
+use self::normal::{Normal, STATE_SPREAD};
 use super::hypothesis::Hypothesis;
 use super::predictor::{Point, Predictor};
 use super::shot::Shot;
@@ -68,6 +70,9 @@ pub struct Effort {
     /// How many times more than the residuals' count suggests the reference model's own knobs are held to what is
     /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.
     pub belief: f64,
+    /// Whether the shots that fit worst have no say, as in a search, where a model may still be far off; else the objective is
+    /// that of the evidence.
+    pub robust: bool,
     /// Whether the knobs of the reference model that all runs share move at all.
     pub reference: bool,
 }
@@ -77,9 +82,14 @@ pub struct Effort {
 pub struct Fit {
     /// The point reached.
     pub point: Point,
-    /// Objective there without the fifth of the shots that fit worst: what fits are compared by, since one
-    /// grazing shot more or less says nothing about the model.
+    /// Objective there, of a search or of what is compared, as the fit was done.
     pub trimmed: f64,
+    /// Negative logarithm of likelihood and prior there, nats, no shot left out.
+    pub misfit: f64,
+    /// Logarithm of the evidence by Laplace's approximation, nats, up to what is the same for every hypothesis on the same
+    /// shots and samples, with the likelihood of [`likelihood`]: no shot is left out of it. Negative infinity before a fit
+    /// was linearised.
+    pub log_evidence: f64,
     /// Mean square residual of each shot in m^2.
     pub mean_square: Vec<f64>,
     /// Covariance of the shared knobs on their scales (empty before it was asked for).
@@ -241,6 +251,9 @@ impl<'a, 'b> Fitter<'a, 'b> {
     }
 
     fn loss(&self, k: usize, sum: f64) -> f64 {
+        if !self.effort.robust {
+            return self.likelihood(k).loss(sum);
+        }
         let n = self.count(k);
         let noise = self.data.noise[self.data.shots[k].run];
         let limit = SURE * noise * noise;
@@ -253,18 +266,21 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// Weight of a shot's squares in the equivalent least squares: twice the derivative of its loss.
     fn weight(&self, k: usize, sum: f64) -> f64 {
+        if !self.effort.robust {
+            return self.likelihood(k).weight(sum);
+        }
         let noise = self.data.noise[self.data.shots[k].run];
         SURE / (SURE * noise * noise).max(sum / self.count(k))
     }
 
     /// Whether a shared knob moves.
     fn moves(&self, knob: &super::knob::Knob) -> bool {
-        self.effort.shared && (knob.of_effect || self.effort.reference)
+        self.effort.shared && (knob.of_effect() || self.effort.reference)
     }
 
     /// Precision of what is believed of a knob.
     fn precision(&self, knob: &super::knob::Knob) -> f64 {
-        let belief = if knob.of_effect {
+        let belief = if knob.of_effect() {
             1.0
         } else {
             self.effort.belief
@@ -310,7 +326,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let mut sum = 0.0;
         for x in &point.states {
             for (value, (_, nominal)) in x[modal..].iter().zip(&self.hypothesis.extra_states) {
-                sum += 0.5 * (value / (10.0 * nominal)).powi(2);
+                sum += 0.5 * (value / (STATE_SPREAD * nominal)).powi(2);
             }
         }
         sum
@@ -330,7 +346,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         for (c, &i) in list.iter().enumerate() {
             if i >= modal {
                 let precision =
-                    variance * (10.0 * self.hypothesis.extra_states[i - modal].1).powi(-2);
+                    variance * (STATE_SPREAD * self.hypothesis.extra_states[i - modal].1).powi(-2);
                 xx[(c, c)] += precision;
                 gx[c] -= precision * state[i];
             }
@@ -363,13 +379,16 @@ impl<'a, 'b> Fitter<'a, 'b> {
     pub fn run(&mut self, start: Point) -> Fit {
         let mut here = self.evaluate(start);
         let noise_alone: f64 = (0..here.sums.len()).map(|k| 0.5 * self.count(k)).sum();
-        let (first_damping, tolerance) = if here.merit < NEAR * (1.0 - TRIMMED) * noise_alone {
+        let (first_damping, tolerance) = if here.merit
+            < NEAR * self.kept_count(here.sums.len()) as f64 / here.sums.len().max(1) as f64
+                * noise_alone
+        {
             (FIRST_DAMPING_NEAR, TOLERANCE_NEAR * self.effort.tolerance)
         } else {
             (FIRST_DAMPING, self.effort.tolerance)
         };
         let mut damping = first_damping;
-        let mut covariance = None;
+        let (mut covariance, mut occam) = (None, f64::NEG_INFINITY);
         let mut strikes = 0;
         for iteration in 0..self.effort.iterations {
             if self.effort.revive && REVIVALS.contains(&iteration) {
@@ -381,6 +400,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 let system = Normal::assemble(self, &here, &linear);
                 if quasi == 0 && self.effort.knobs {
                     covariance = system.covariance();
+                    occam = system.occam(self).unwrap_or(f64::NEG_INFINITY);
                 }
                 let is_worn = quasi > 0 && self.effort.knobs;
                 let tries = if is_worn { QUASI_TRIES } else { TRIES };
@@ -411,16 +431,39 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 strikes = 0;
             }
         }
-        self.fit_at(here, covariance)
+        self.fit_at(here, covariance, occam)
     }
 
-    /// The fit that a place is.
-    fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>) -> Fit {
+    /// Information matrix and gradient of the knobs at a point, each shot's start state projected out.
+    pub fn reduced_at(&mut self, point: Point) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let here = self.evaluate(point);
+        let linear = self.linearise_all(&here);
+        let (matrix, gradient, _) = Normal::assemble(self, &here, &linear).reduced(0.0)?;
+        Some((matrix, gradient))
+    }
+
+    /// Negative logarithm of likelihood and prior at a place, nats; held constants pay no more than they are believed.
+    fn misfit(&self, here: &Place) -> f64 {
+        let losses = here.sums.iter().enumerate();
+        let losses = losses.map(|(k, &sum)| self.likelihood(k).loss(sum));
+        losses.sum::<f64>() + self.prior_loss(&here.point)
+    }
+
+    fn likelihood(&self, k: usize) -> Likelihood {
+        let noise = self.data.noise[self.data.shots[k].run];
+        Likelihood::new(self.count(k), noise, 2 * self.hypothesis.modes)
+    }
+
+    /// The fit that a place is; `occam` is what the evidence pays for all that is free.
+    fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>, occam: f64) -> Fit {
         let mean_square = (0..here.sums.len())
             .map(|k| here.sums[k] / self.count(k))
             .collect();
+        let misfit = self.misfit(&here);
         Fit {
             trimmed: here.merit,
+            misfit,
+            log_evidence: occam - misfit,
             point: here.point,
             mean_square,
             covariance,
@@ -472,7 +515,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             residuals.push(residual);
             sums.push(sum);
             // Those that count in the end weigh at least as much as these.
-            let sure = losses.len().saturating_sub(count - kept_count(count));
+            let sure = losses.len().saturating_sub(count - self.kept_count(count));
             if prior + losses[..sure].iter().sum::<f64>() > old.merit {
                 return None;
             }
@@ -486,13 +529,19 @@ impl<'a, 'b> Fitter<'a, 'b> {
         })
     }
 
+    /// How many of so many shots count.
+    fn kept_count(&self, shots: usize) -> usize {
+        let left_out = if self.effort.robust { TRIMMED } else { 0.0 };
+        (shots as f64 * (1.0 - left_out)).ceil() as usize
+    }
+
     /// Which shots count: all but those that fit worst.
     fn kept(&self, sums: &[f64]) -> Vec<bool> {
         let losses: Vec<f64> = (0..sums.len()).map(|k| self.loss(k, sums[k])).collect();
         let mut order: Vec<usize> = (0..sums.len()).collect();
         order.sort_by(|&a, &b| losses[a].total_cmp(&losses[b]));
         let mut kept = vec![false; sums.len()];
-        for &k in &order[..kept_count(sums.len())] {
+        for &k in &order[..self.kept_count(sums.len())] {
             kept[k] = true;
         }
         kept
@@ -505,11 +554,6 @@ impl<'a, 'b> Fitter<'a, 'b> {
             .map(|k| self.loss(k, sums[k]));
         self.prior_loss(point) + losses.sum::<f64>()
     }
-}
-
-/// How many of so many shots count.
-fn kept_count(shots: usize) -> usize {
-    (shots as f64 * (1.0 - TRIMMED)).ceil() as usize
 }
 
 /// Sum of the squares; infinite where the FMU gave up.

@@ -1,4 +1,4 @@
-//! The weighted normal equations of a fit.
+//! The weighted normal equations of a fit, and what the evidence pays for all that is free.
 
 use super::jacobian::Linear;
 use super::{Fitter, Place, directions};
@@ -7,7 +7,15 @@ use crate::diagnose::predictor::Point;
 use nalgebra::{DMatrix, DVector};
 
 /// Eigenvalue of the matrix scaled to a unit diagonal below which rounding decides.
-const LEAST_EIGENVALUE: f64 = 1e-10;
+const LEAST_EIGENVALUE: f64 = 1e-13;
+
+/// Damping of matrices that are inverted as they are, relative to the diagonal: far below what beliefs add there, 1e-9 for
+/// constants that the data show to 1e-6 and only act together with others.
+const LEAST_DAMPING: f64 = 1e-13;
+
+/// Scale of a start state in the evidence, in units of the sensor's noise; the same for every model, so that it cancels but
+/// for what a model has more.
+pub(super) const STATE_SPREAD: f64 = 10.0;
 
 /// The weighted normal equations, with each shot's start state eliminated.
 pub(super) struct Normal {
@@ -23,6 +31,8 @@ pub(super) struct Normal {
 
 struct Block {
     xx: DMatrix<f64>,
+    /// H_xx as it is where the shot is met.
+    met: DMatrix<f64>,
     xk: DMatrix<f64>,
     gx: DVector<f64>,
     list: Vec<usize>,
@@ -61,8 +71,11 @@ impl Normal {
             let weight = f.weight(k, sums[k]);
             let r = DVector::from_column_slice(&l.residual);
             let list = directions(h, point.stuck[k]);
-            let mut xx = weight * l.states.tr_mul(&l.states);
+            let states = l.states.tr_mul(&l.states);
+            let mut met = f.likelihood(k).weight(0.0) * &states;
+            let mut xx = weight * states;
             let mut gx = weight * l.states.tr_mul(&r);
+            f.add_state_prior(&list, &point.states[k], 1.0, &mut met, &mut gx.clone());
             f.add_state_prior(&list, &point.states[k], 1.0, &mut xx, &mut gx);
             let first = own_first[shot.run];
             let columns: Vec<usize> = (0..shared)
@@ -73,6 +86,7 @@ impl Normal {
             let gk = weight * l.knobs.tr_mul(&r);
             blocks.push(Some(Block {
                 xx,
+                met,
                 xk,
                 gx,
                 list,
@@ -110,7 +124,7 @@ impl Normal {
     }
 
     /// The reduced system of the knobs at a damping: `H + damping diag(H)`.
-    fn reduced(&self, damping: f64) -> Option<Reduced> {
+    pub fn reduced(&self, damping: f64) -> Option<Reduced> {
         let mut matrix = self.matrix.clone();
         let mut gradient = self.gradient.clone();
         for i in 0..matrix.nrows() {
@@ -179,10 +193,63 @@ impl Normal {
         Some(trial)
     }
 
+    /// Logarithm of the share of the prior's volume that the posterior takes up, nats: the price of all that is free.
+    ///
+    /// ```text
+    /// -1/2 ln det(S H S) - 1/2 sum_shots ln det(I + T H_xx T)
+    /// ```
+    ///
+    /// with H the reduced information matrix with the priors, S the priors' standard deviations, H_xx the information on a
+    /// shot's start state as it is where the shot is met (a lost shot must not be cheaper for that), and T the same scale
+    /// for every model: [`STATE_SPREAD`] times the sensor's noise for deflections, times the mode's angular frequency for
+    /// velocities, and the prior's for the states of effects. Holds where the posterior is about normal (Laplace);
+    /// MacKay, Information Theory, Inference, and Learning Algorithms (2003), eq. 28.10. `None` where the matrix is not
+    /// positive definite.
+    pub fn occam(&self, f: &Fitter) -> Option<f64> {
+        let h = f.hypothesis;
+        let (mut matrix, _, _) = self.reduced(LEAST_DAMPING)?;
+        let mut free = Vec::new();
+        let own = h.own.iter().enumerate();
+        let own = own.flat_map(|(run, knobs)| {
+            let first = self.own_first[run];
+            knobs.iter().enumerate().map(move |(i, k)| (first + i, k))
+        });
+        let shared = h.shared.iter().enumerate().filter(|(_, k)| f.moves(k));
+        for (c, knob) in shared.chain(own).filter(|(_, k)| k.prior_std > 0.0) {
+            let volume = knob.volume_std();
+            matrix[(c, c)] += volume.powi(-2) - knob.prior_std.powi(-2);
+            free.push((c, volume));
+        }
+        let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            let ((a, s), (b, t)) = (free[i], free[j]);
+            matrix[(a, b)] * s * t
+        });
+        let mut price = log_determinant(&scaled)?;
+        for (shot, block) in f.data.shots.iter().zip(&self.blocks) {
+            let Some(b) = block else { continue };
+            let spread = STATE_SPREAD * f.data.noise[shot.run];
+            let scale: Vec<f64> = b
+                .list
+                .iter()
+                .map(|&i| match h.state_scales.get(i) {
+                    Some(scale) => scale * spread,
+                    None => STATE_SPREAD * h.extra_states[i - h.state_scales.len()].1,
+                })
+                .collect();
+            let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+                let flat = i == j && b.list[i] < h.state_scales.len();
+                f64::from(u8::from(flat)) + b.met[(i, j)] * scale[i] * scale[j]
+            });
+            price += log_determinant(&scaled)?;
+        }
+        Some(-0.5 * price)
+    }
+
     /// Covariance of the shared knobs on their scales.
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (matrix, _, _) = self.reduced(1e-9)?;
-        let inverse = scaled_inverse(&matrix, 1e-9).or_else(|| clamped_inverse(&matrix))?;
+        let (matrix, _, _) = self.reduced(LEAST_DAMPING)?;
+        let inverse =
+            scaled_inverse(&matrix, LEAST_DAMPING).or_else(|| clamped_inverse(&matrix))?;
         Some(
             inverse
                 .view((0, 0), (self.shared, self.shared))
@@ -197,6 +264,23 @@ fn limited(step: f64, knob: &Knob) -> f64 {
         Scale::Log => step.clamp(-0.7, 0.7),
         Scale::Linear => step,
     }
+}
+
+/// Logarithm of the determinant of a symmetric matrix that is positive but for rounding: directions that rounding has made
+/// indefinite count with the least eigenvalue that it leaves certain. `None` for what is not finite.
+fn log_determinant(matrix: &DMatrix<f64>) -> Option<f64> {
+    if matrix.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let scale = scaling(matrix);
+    let scaled = scaled(matrix, &scale, 0.0);
+    let of_scale: f64 = scale.iter().map(|s| s.ln()).sum();
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    let of_scaled: f64 = eigenvalues
+        .iter()
+        .map(|v| v.max(LEAST_EIGENVALUE).ln())
+        .sum();
+    Some(of_scaled - 2.0 * of_scale)
 }
 
 fn scaling(matrix: &DMatrix<f64>) -> DVector<f64> {
@@ -258,4 +342,24 @@ pub(in crate::diagnose) fn scaled_inverse(
     Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         inverse[(i, j)] * scale[i] * scale[j]
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_logarithm_of_a_determinant_is_that_of_the_product_of_the_eigenvalues() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[4e8, 100.0, 100.0, 9e-4]);
+        let expected = (4e8_f64 * 9e-4 - 1e4).ln();
+        let indefinite = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0 - 1e-15]);
+        assert!(
+            (log_determinant(&(matrix * 10.0)).unwrap() - expected - 100.0_f64.ln()).abs() < 1e-9
+        );
+        assert!(log_determinant(&indefinite).is_some_and(f64::is_finite));
+        assert_eq!(
+            log_determinant(&DMatrix::from_element(1, 1, f64::NAN)),
+            None
+        );
+    }
 }

@@ -37,7 +37,7 @@ impl Fitter<'_, '_> {
         for _ in 0..REVIVALS_OF_STARTS {
             self.revive(&mut here);
         }
-        self.fit_at(here, None)
+        self.fit_at(here, None, f64::NEG_INFINITY)
     }
 
     /// Fits the start state of one shot alone over growing shares of it, from the start it has in `point`.

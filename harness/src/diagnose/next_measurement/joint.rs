@@ -132,7 +132,7 @@ fn together(
     for (rival, judged) in rivals.iter().zip(own) {
         let h = more.hypothesis(&rival.choices)?;
         let start = joined(&h, screen, &all, rival, &judged.own);
-        scores.push(all.fitted_from(&rival.choices, start)?.score(all.samples));
+        scores.push(all.fitted_from(&rival.choices, start)?.score());
     }
     Ok(scores)
 }
@@ -186,6 +186,8 @@ fn carried(session: &Session, alone: &Session, contender: &Contender) -> Result<
             ..centre
         },
         trimmed: f64::NAN,
+        misfit: f64::NAN,
+        log_evidence: f64::NEG_INFINITY,
         mean_square: Vec::new(),
         covariance: None,
     };

@@ -80,7 +80,8 @@ pub fn recommend(
     separates.dedup();
     Ok(best.map(
         |(&((velocity, force), ref prospect), gain)| NextMeasurement {
-            belt_velocity_m_per_s: velocity,
+            // As a user would state it.
+            belt_velocity_m_per_s: rounded(velocity / session.belt_scale.value),
             normal_force_n: force,
             separates,
             separation: prospect.separation,
