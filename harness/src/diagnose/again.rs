@@ -75,13 +75,13 @@ impl Screen<'_> {
             .filter(|&i| contenders[i].effects() == best)
             .collect();
         if forms.len() > 1 {
-            let again = parallel(&forms, |&i| self.further(&contenders[i], POLISH))?;
+            let again = parallel(&forms, |&i| self.to_its_end(&contenders[i]))?;
             // The others also from where the best stands: of its parameters, those of the same name mean much the same.
             let best = &contenders[0].trial;
             let from_the_best = parallel(&forms[1..], |&i| {
                 let choices = &contenders[i].choices;
                 let trial = search(self.session, choices, &self.shots, best, BRIEF)?;
-                self.further(&self.contender(choices.clone(), trial)?, POLISH)
+                self.to_its_end(&self.contender(choices.clone(), trial)?)
             })?;
             self.keep_better(contenders, again);
             self.keep_better(contenders, from_the_best);
