@@ -3,15 +3,13 @@
 use super::shot::trusted_signal;
 use crate::error::Error;
 use crate::measurement::Run;
-use crate::metric::{plateau, quantile, stick_velocity};
+use crate::metric::{MAD, plateau, quantile, stick_velocity};
 use crate::observer::{Settings, Structure, smooth};
 use crate::parallel::parallel;
 
 /// Standard deviations from the stated speed beyond which a plateau of the velocity is none of the belt's: a contact that
 /// creeps moves slower.
 const CREDIBLE: f64 = 5.0;
-/// Standard deviation of a Gaussian over its median absolute deviation.
-const MAD: f64 = 1.4826;
 /// Scatter between runs that no standard error within a run shows: a stick that creeps, a drive that gives way.
 const LEAST_STD: f64 = 5e-4;
 

@@ -125,8 +125,8 @@ pub struct Hypothesis {
     pub input_scales: [usize; 2],
 }
 
-/// Least strength of an effect that can't be negative, as a share of the typical one: far below anything measurable.
-const BARELY_ON: f64 = 1e-6;
+/// Strength of an effect that is as good as off, as a share of the typical one: far below anything measurable.
+pub(super) const NEARLY_OFF: f64 = 1e-6;
 
 /// Effects whose friction has a memory of its own: sticking is not rigid then.
 const MEMORY_STATE: &str = "deflection";
@@ -305,7 +305,7 @@ impl Hypothesis {
                     min: match p.role {
                         Role::Phase => -1e3,
                         // Quite off an effect has no derivatives, which would look like certainty.
-                        Role::Amplitude if p.min == 0.0 => BARELY_ON * p.typical,
+                        Role::Amplitude if p.min == 0.0 => NEARLY_OFF * p.typical,
                         _ => p.min,
                     },
                     max: if p.role == Role::Phase { 1e3 } else { p.max },

@@ -3,7 +3,7 @@
 use super::candidate::{Candidate, Role};
 use super::contender::FLOOR_MEDIAN;
 use super::fit::{Effort, Fit, Fitter};
-use super::hypothesis::{Choice, Hypothesis};
+use super::hypothesis::{Choice, Hypothesis, NEARLY_OFF};
 use super::knob::Knob;
 use super::look::Looker;
 use super::predictor::Point;
@@ -15,8 +15,6 @@ use crate::error::Error;
 
 /// Every how many-th sample is used while searching.
 pub const STRIDE: usize = 2;
-/// Strength of an effect that is as good as off, as a share of the typical one.
-const NEARLY_OFF: f64 = 1e-6;
 /// Jacobians for a first look at a start.
 const LOOK: usize = 3;
 /// Share of each shot for a first look: a short horizon is less easily caught in a local minimum.

@@ -28,5 +28,5 @@ pub use residual::{
 };
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, stick_fraction};
-pub use stick_velocity::{StickVelocity, plateau, stick_velocity};
+pub use stick_velocity::{MAD, StickVelocity, plateau, stick_velocity};
 pub use velocity::velocity;

@@ -45,7 +45,7 @@ const FEWEST_PHASES: usize = 3;
 /// A phase whose slope lies this many robust standard deviations from the others is none of stick.
 const OUTLIER: f64 = 4.0;
 /// Standard deviation of a Gaussian over its median absolute deviation.
-const MAD: f64 = 1.4826;
+pub const MAD: f64 = 1.4826;
 
 /// Estimates the belt's speed: in stick the tip moves with it, so each phase is a straight line of the same slope.
 ///
