@@ -352,6 +352,112 @@ fn imports_within_the_harness_go_one_way() {
     );
 }
 
+/// The rooms of the diagnosis, each with those that it may import from besides itself.
+const DIAGNOSE: [(&str, &[&str]); 8] = [
+    ("data", &[]),
+    ("model", &["data"]),
+    ("estimation", &["data", "model"]),
+    ("initialisation", &["data", "model", "estimation"]),
+    ("validation", &["data", "model", "estimation"]),
+    (
+        "explanation",
+        &[
+            "data",
+            "model",
+            "estimation",
+            "initialisation",
+            "validation",
+        ],
+    ),
+    (
+        "selection",
+        &[
+            "data",
+            "model",
+            "estimation",
+            "initialisation",
+            "validation",
+        ],
+    ),
+    (
+        "result",
+        &[
+            "data",
+            "model",
+            "estimation",
+            "validation",
+            "explanation",
+            "selection",
+        ],
+    ),
+];
+
+#[test]
+fn the_rooms_of_the_diagnosis_import_one_way() {
+    let mut breaches = Vec::new();
+    for (room, below) in DIAGNOSE {
+        for source in sources(&format!("harness/src/diagnose/{room}")) {
+            for name in source.names_after("crate::diagnose::") {
+                let known = DIAGNOSE.iter().any(|(other, _)| *other == name);
+                if known && name != room && !below.contains(&name.as_str()) {
+                    breaches.push(format!("{} uses diagnose::{name}", source.path));
+                }
+            }
+        }
+    }
+    none(
+        "data <- model <- estimation <- {initialisation, validation} <- {explanation, selection} <- result",
+        breaches,
+    );
+    let rooms = fs::read_dir(root().join("harness/src/diagnose")).expect("a folder");
+    let folders = rooms.filter(|entry| entry.as_ref().expect("readable").path().is_dir());
+    assert_eq!(folders.count(), DIAGNOSE.len(), "a room without a rule");
+}
+
+/// A room of the diagnosis and one of its files.
+type RoomAndFile = (String, String);
+
+#[test]
+fn files_of_the_diagnosis_do_not_import_each_other_in_circles() {
+    let stem = |path: &str| {
+        let inside = path.trim_start_matches("harness/src/diagnose/");
+        let mut parts = inside.trim_end_matches(".rs").split('/');
+        let room = parts.next().unwrap_or_default().to_owned();
+        (room, parts.next().unwrap_or("mod").to_owned())
+    };
+    // A folder within a room counts as one file.
+    let mut imports: Vec<(RoomAndFile, Vec<RoomAndFile>)> = Vec::new();
+    for source in sources("harness/src/diagnose") {
+        let file = stem(&source.path);
+        let mut uses = Vec::new();
+        for (room, _) in DIAGNOSE {
+            let names = source.names_after(&format!("crate::diagnose::{room}::"));
+            uses.extend(names.into_iter().map(|name| (room.to_owned(), name)));
+        }
+        uses.retain(|used| *used != file);
+        match imports.iter_mut().find(|(known, _)| *known == file) {
+            Some((_, known)) => known.extend(uses),
+            None => imports.push((file, uses)),
+        }
+    }
+    assert!(imports.len() > 40, "{} files were read", imports.len());
+    // Files that import none of those left are taken away, until only circles and what leads to them are left.
+    loop {
+        let left: Vec<RoomAndFile> = imports.iter().map(|(file, _)| file.clone()).collect();
+        imports.retain(|(_, uses)| uses.iter().any(|used| left.contains(used)));
+        if imports.len() == left.len() {
+            break;
+        }
+    }
+    none(
+        "no circle of imports within the diagnosis",
+        imports
+            .into_iter()
+            .map(|((room, file), _)| format!("{room}/{file}"))
+            .collect(),
+    );
+}
+
 #[test]
 fn unsafe_code_lives_at_the_c_interface_only() {
     let mut breaches = Vec::new();

@@ -164,14 +164,14 @@ pub enum Error {
         longest: f64,
     },
     /// No run has stretches enough for predictions.
-    #[error("{}: no run to {of} is long enough: {shots} stretch(es) without gaps or clipped samples are needed, {needed:.3} s in all; measure longer, some ten cycles of the motion in each run", campaign.display())]
+    #[error("{}: no run to {of} is long enough: {segments} stretch(es) without gaps or clipped samples are needed, {needed:.3} s in all; measure longer, some ten cycles of the motion in each run", campaign.display())]
     RunsTooShort {
         /// The campaign.
         campaign: PathBuf,
         /// What the runs are for.
         of: &'static str,
         /// Stretches needed in one run at least.
-        shots: usize,
+        segments: usize,
         /// What they take together, s.
         needed: f64,
     },

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use stickslip::command::diagnose::diagnose;
 use stickslip::command::open_fmu;
-use stickslip::diagnose::hold_out::HoldOut;
-use stickslip::diagnose::outcome::Verdict;
+use stickslip::diagnose::data::hold_out::HoldOut;
+use stickslip::diagnose::result::diagnosis::Verdict;
 use stickslip::measurement::Campaign;
 use stickslip::watch::Watch;
 

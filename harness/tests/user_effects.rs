@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use stickslip::command::{pack, repaired_model};
-use stickslip::diagnose::candidate::{Role, candidates};
+use stickslip::diagnose::model::effect_card::{Role, candidates};
 use stickslip::fmu::{Directions, Fmu, Instance};
 
 /// Target, formula, name, unit and value of its one parameter.

@@ -10,8 +10,8 @@ use serde_json::Value;
 
 use super::diagnose::diagnose;
 use super::progress::Progress;
-use crate::diagnose::hold_out::HoldOut;
-use crate::diagnose::outcome::{Diagnosis, Verdict};
+use crate::diagnose::data::hold_out::HoldOut;
+use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
 use crate::measurement::Campaign;

@@ -7,15 +7,15 @@ use clap::Args;
 use super::diagnose_page::likely;
 use super::progress::Progress;
 use super::{diagnose_page, pack, proposed_effect, repaired_model};
-use crate::diagnose::conclude::conclude;
-use crate::diagnose::hold_out::HoldOut;
-use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::rivals::TIE;
-use crate::diagnose::run_sets::run_sets;
-use crate::diagnose::select::{Selection, calibrate_threshold, select};
-use crate::diagnose::session::Session;
-use crate::diagnose::steps::{Step, climb};
-use crate::diagnose::terms;
+use crate::diagnose::data::hold_out::HoldOut;
+use crate::diagnose::model::library;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::assemble::conclude;
+use crate::diagnose::result::diagnosis::Diagnosis;
+use crate::diagnose::result::error_ladder::{Step, climb};
+use crate::diagnose::result::run_sets::run_sets;
+use crate::diagnose::selection::stages::{Selection, calibrate_threshold, select};
+use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
@@ -88,32 +88,32 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let widened = pack::widened::with_effects(fmu, &terms::FILES)?;
-    let mut session = Session::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
-    let mut selection = select(&session, watch)?;
+    let widened = pack::widened::with_effects(fmu, &library::FILES)?;
+    let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
+    let mut selection = select(&problem, watch)?;
     if null > 0 {
-        calibrate_threshold(&session, &mut selection, null, watch)?;
+        calibrate_threshold(&problem, &mut selection, null, watch)?;
     }
     if selection.explained {
-        session.trust_sensor();
+        problem.trust_sensor();
     }
     watch.step("judging on the runs kept out", 0, 1);
-    let steps = climb(&session, &selection)?;
-    report(fmu, &session, &selection, &steps, "diagnose", output, watch)
+    let steps = climb(&problem, &selection)?;
+    report(fmu, &problem, &selection, &steps, "diagnose", output, watch)
 }
 
 /// Writes what a selection found into `output`.
 pub fn report(
     fmu: &Fmu,
-    session: &Session,
+    problem: &Problem,
     selection: &Selection,
     steps: &[Step],
     command: &str,
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let campaign = &session.campaign;
-    let diagnosis = conclude(session, selection, steps)?;
+    let campaign = &problem.campaign;
+    let diagnosis = conclude(problem, selection, steps)?;
     let provenance = Provenance::of_campaign(campaign, fmu.path())?;
     let json = provenance.json(&diagnosis);
     write_file(&output.join(JSON), json.as_bytes())?;
@@ -124,7 +124,7 @@ pub fn report(
         steps.last()
     };
     let written = written.expect("the calibrated model is a step");
-    repaired_model::write(fmu, &diagnosis, &run_sets(session, written), output)?;
+    repaired_model::write(fmu, &diagnosis, &run_sets(problem, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
     watch.step("drawing report.html", 0, 1);
     let command = format!(
@@ -133,7 +133,7 @@ pub fn report(
         output.display()
     );
     let page = diagnose_page::html(
-        session,
+        problem,
         selection,
         steps,
         &diagnosis,

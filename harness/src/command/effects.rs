@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::diagnose::candidate::{Candidate, EffectParameter, Role, candidates};
+use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role, candidates};
 use crate::error::Error;
 use crate::output::{print, print_line};
 use crate::report::number;
@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 ///
 /// # Errors
 /// An identifier that the FMU does not declare.
-pub fn find(catalogue: &[Candidate], id: &str, fmu: &std::path::Path) -> Result<usize, Error> {
+pub fn find(catalogue: &[EffectCard], id: &str, fmu: &std::path::Path) -> Result<usize, Error> {
     catalogue
         .iter()
         .position(|c| c.id == id)
@@ -65,7 +65,7 @@ pub fn find(catalogue: &[Candidate], id: &str, fmu: &std::path::Path) -> Result<
         })
 }
 
-fn list(catalogue: &[&Candidate]) -> String {
+fn list(catalogue: &[&EffectCard]) -> String {
     if catalogue.is_empty() {
         return "This FMU declares no effects; its annotation 'StickSlip' would list them.\n"
             .into();
@@ -86,7 +86,7 @@ fn list(catalogue: &[&Candidate]) -> String {
 /// Width of wrapped text.
 const COLUMNS: usize = 100;
 
-fn card(effect: &Candidate) -> String {
+fn card(effect: &EffectCard) -> String {
     let mut out = format!(
         "{}: {}\n\n    {}\n\n",
         effect.id, effect.title, effect.equation
@@ -138,7 +138,7 @@ fn card(effect: &Candidate) -> String {
 }
 
 /// The parameters, of a profile's values the first only.
-fn shown(effect: &Candidate) -> impl Iterator<Item = &EffectParameter> {
+fn shown(effect: &EffectCard) -> impl Iterator<Item = &EffectParameter> {
     let first = effect.find_role(Role::Node);
     effect
         .parameters
@@ -176,7 +176,7 @@ fn role_name(role: Role) -> &'static str {
     }
 }
 
-fn to_json(effect: &Candidate) -> Value {
+fn to_json(effect: &EffectCard) -> Value {
     let parameters: Vec<Value> = effect
         .parameters
         .iter()

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::diagnose::propose::ProposedTerm;
+use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::error::Error;
 use crate::output::write_file;
 
@@ -28,8 +28,8 @@ pub fn write(terms: &[ProposedTerm], folder: &Path) -> Result<Vec<PathBuf>, Erro
 fn text(id: &str, term: &ProposedTerm) -> String {
     let mut out = format!(
         "# Proposed by a diagnosis: {}. Try it:\n\
-         #     stickslip pack --effect {id}.toml -o own.fmu\n\
-         #     stickslip try CAMPAIGN --fmu own.fmu --add {id}\n\
+         #     stickslip pack --effect {id}.toml -o per_run.fmu\n\
+         #     stickslip try CAMPAIGN --fmu per_run.fmu --add {id}\n\
          id = \"{id}\"\n\
          title = \"Proposed term\"\n\
          target = \"{}\"\n\
@@ -70,8 +70,8 @@ fn text(id: &str, term: &ProposedTerm) -> String {
 mod tests {
     use super::*;
     use crate::command::pack::pack_with;
-    use crate::diagnose::candidate::candidates;
-    use crate::diagnose::outcome::Estimate;
+    use crate::diagnose::model::effect_card::candidates;
+    use crate::diagnose::validation::estimate::Estimate;
     use crate::fmu::Fmu;
     use std::collections::BTreeMap;
 

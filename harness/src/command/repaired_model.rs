@@ -3,11 +3,10 @@
 
 use std::path::Path;
 
-use super::pack;
 use super::parameter_set::ssv;
-use super::run_sets;
-use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::run_sets::RunSet;
+use super::{pack, run_sets};
+use crate::diagnose::result::diagnosis::Diagnosis;
+use crate::diagnose::result::run_sets::RunSet;
 use crate::error::Error;
 use crate::fmu::{Fmu, with_guid, with_starts};
 use crate::output::write_file;
@@ -26,9 +25,9 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
         for (name, estimate) in &effect.parameters {
             out.push((format!("{}.{name}", effect.id), estimate.value));
         }
-        for (name, own) in &effect.own_parameters {
+        for (name, per_run) in &effect.own_parameters {
             // A phase belongs to a run; the first run's stands for all.
-            out.push((format!("{}.{name}", effect.id), own[0]));
+            out.push((format!("{}.{name}", effect.id), per_run[0]));
         }
     }
     out

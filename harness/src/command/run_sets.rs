@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use super::parameter_set::{read_ssv, ssv};
-use crate::diagnose::run_sets::{Piece, RunSet};
+use crate::diagnose::result::run_sets::{Piece, RunSet};
 use crate::error::Error;
 use crate::fmu::{Fmu, ModelDescription};
 use crate::output::{make_folder, write_file};

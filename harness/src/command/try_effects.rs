@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::diagnose::{report, terminal, written_json};
 use super::progress::Progress;
-use crate::diagnose::select::follow;
-use crate::diagnose::session::Session;
-use crate::diagnose::steps::climb;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::error_ladder::climb;
+use crate::diagnose::selection::stages::follow;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line};
@@ -38,26 +38,26 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let mut session = Session::new(&fmu, &campaign)?;
+    let mut problem = Problem::new(&fmu, &campaign)?;
     let mut effects = Vec::new();
     for id in &arguments.add {
-        let index = super::effects::find(&session.catalogue, id, fmu.path())?;
+        let index = super::effects::find(&problem.catalogue, id, fmu.path())?;
         if !effects.contains(&index) {
             effects.push(index);
         }
     }
     make_folder(&arguments.output)?;
     let progress = Progress::new(Progress::STEPS);
-    let selection = follow(&session, &effects, &progress)?;
+    let selection = follow(&problem, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
     if selection.explained {
-        session.trust_sensor();
+        problem.trust_sensor();
     }
     progress.step("judging on the runs kept out", 0, 1);
-    let steps = climb(&session, &selection)?;
+    let steps = climb(&problem, &selection)?;
     let diagnosis = report(
         &fmu,
-        &session,
+        &problem,
         &selection,
         &steps,
         &command,

@@ -16,6 +16,21 @@ pub fn quantile(values: &[f64], q: f64) -> f64 {
     }
 }
 
+/// The middle of `values`, the upper one of two, which it reorders. Not a number for no values.
+pub fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Standard deviation of `values` about their mean, in their unit (divided by their number).
+pub fn standard_deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}
+
 /// Half the distance between the 0.5 % and the 99.5 % quantile, in the unit of `values`.
 ///
 /// For a smooth motion that is the peak amplitude to a few parts in 10^4: near its turning points it spends much time.

@@ -16,7 +16,7 @@ mod stick;
 mod stick_velocity;
 mod velocity;
 
-pub use amplitude::{amplitude, quantile};
+pub use amplitude::{amplitude, median, quantile, standard_deviation};
 pub use characteristics::{Characteristics, HARMONICS, characteristics};
 pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
 pub use interval::half_width;

@@ -5,8 +5,8 @@
 //! parameters and start states for each run, and its last error can be seen again from these.
 
 use crate::command::run_sets;
-use crate::diagnose::judge::typical;
-use crate::diagnose::run_sets::{Piece, RunSet};
+use crate::diagnose::result::run_sets::{Piece, RunSet};
+use crate::diagnose::validation::segment_errors::typical;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;

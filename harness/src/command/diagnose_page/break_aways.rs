@@ -1,7 +1,7 @@
 //! What the force at break-away depends on: each event predicted from the others of its run.
 
 use super::{Material, side_by_side};
-use crate::diagnose::break_away::BreakAways;
+use crate::diagnose::data::break_away::BreakAways;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// Points of the line along the belt.
@@ -10,7 +10,7 @@ const POINTS: usize = 400;
 /// The part of the section on break-aways; nothing where no run has enough of them.
 pub fn section(page: Page, material: &Material) -> Page {
     let told: Vec<(usize, &BreakAways)> = material
-        .session
+        .problem
         .break_aways
         .iter()
         .enumerate()
@@ -53,7 +53,7 @@ pub fn section(page: Page, material: &Material) -> Page {
 }
 
 fn along(material: &Material, run: usize, found: &BreakAways) -> Option<Plot> {
-    let map = material.session.tracks[run].map.as_ref()?;
+    let map = material.problem.tracks[run].map.as_ref()?;
     let (x, y): (Vec<f64>, Vec<f64>) = map
         .events()
         .iter()
@@ -90,20 +90,20 @@ fn along(material: &Material, run: usize, found: &BreakAways) -> Option<Plot> {
 /// Places in mm and static friction there by the nodes of the last step's profile; `None` if it has none.
 fn profile(material: &Material, run: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let step = material.steps.last()?;
-    let h = &step.trial.hypothesis;
-    let point = step.point(material.session, run);
-    let own = |name: &str| {
-        let i = h.own[run].iter().position(|k| k.name == name)?;
-        Some(h.own[run][i].value(point.own[run][i]))
+    let h = &step.fitted.hypothesis;
+    let point = step.point(material.problem, run);
+    let per_run = |name: &str| {
+        let i = h.per_run[run].iter().position(|k| k.name == name)?;
+        Some(h.per_run[run][i].value(point.per_run[run][i]))
     };
     let mu_0 = h.shared_index("friction.mu_0")?;
-    let scale = h.shared[mu_0].value(point.shared[mu_0]) * own("friction.level")?;
-    let nodes: (Vec<f64>, Vec<f64>) = h.own[run]
+    let scale = h.shared[mu_0].value(point.shared[mu_0]) * per_run("friction.level")?;
+    let nodes: (Vec<f64>, Vec<f64>) = h.per_run[run]
         .iter()
-        .zip(&point.own[run])
-        .filter_map(|(knob, u)| {
-            let (low, high) = knob.support?;
-            Some((500.0 * (low + high), scale * (1.0 + knob.value(*u))))
+        .zip(&point.per_run[run])
+        .filter_map(|(parameter, u)| {
+            let (low, high) = parameter.support?;
+            Some((500.0 * (low + high), scale * (1.0 + parameter.value(*u))))
         })
         .unzip();
     (!nodes.0.is_empty()).then_some(nodes)

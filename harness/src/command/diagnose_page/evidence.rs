@@ -1,9 +1,10 @@
 //! Which effect: the candidates' ranking, what can't be told apart, and the cards of the effects found.
 
 use super::Material;
-use crate::diagnose::contender::{Contender, FLOOR_MEDIAN, name};
-use crate::diagnose::outcome::Verdict;
-use crate::diagnose::rivals::others;
+use crate::diagnose::result::diagnosis::Verdict;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::ties::others;
+use crate::diagnose::thresholds::FLOOR_MEDIAN;
 use crate::report::{Axis, Bars, Cell, Colour, Page, Plot, Table, number};
 
 /// Candidates that the pictures show.
@@ -13,7 +14,7 @@ const SHOWN: usize = 24;
 struct Entry<'a> {
     name: String,
     gain: f64,
-    contender: &'a Contender,
+    model: &'a FittedModel,
     believed: bool,
 }
 
@@ -51,10 +52,10 @@ fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
         .map(|c| (c, false));
     let mut all: Vec<Entry> = on_path
         .chain(others)
-        .map(|(contender, path)| Entry {
-            name: label(material, contender),
-            gain: base - contender.score(),
-            contender,
+        .map(|(model, path)| Entry {
+            name: label(material, model),
+            gain: base - model.score(),
+            model,
             believed: path && found,
         })
         .collect();
@@ -64,18 +65,18 @@ fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
 }
 
 /// The hypothesis' name with the settings by which its forms differ.
-fn label(material: &Material, contender: &Contender) -> String {
-    let settings: Vec<String> = contender
+fn label(material: &Material, model: &FittedModel) -> String {
+    let settings: Vec<String> = model
         .choices
         .iter()
         .flat_map(|c| {
-            let card = &material.session.catalogue[c.effect];
+            let card = &material.problem.catalogue[c.effect];
             c.settings
                 .iter()
                 .map(|(i, v)| format!("{} {}", card.parameters[*i].name, number(*v, 3)))
         })
         .collect();
-    let name = name(material.session, &contender.choices);
+    let name = name(material.problem, &model.choices);
     if settings.is_empty() {
         name
     } else {
@@ -112,7 +113,7 @@ fn adequacy(entries: &[Entry]) -> Plot {
                 return plot;
             }
             let row: Vec<f64> = of.iter().map(|&i| i as f64).collect();
-            let q = |share: f64| of.iter().map(|&i| entries[i].contender.fit.quantile(share)).collect::<Vec<f64>>();
+            let q = |share: f64| of.iter().map(|&i| entries[i].model.fit.quantile(share)).collect::<Vec<f64>>();
             plot.intervals(name, *colour, &row, &q(0.5), &q(0.25), &q(0.75))
         })
         .upright("down to the noise", Colour::Green, FLOOR_MEDIAN)
@@ -140,7 +141,7 @@ fn confusion(page: Page, material: &Material) -> Page {
             "Not compared: the effect is named by the break-aways, and no motion comes down to the noise.",
         ),
         (true, Verdict::EffectFound) => {
-            let others = others(material.session, material.selection);
+            let others = others(material.problem, material.selection);
             page.paragraph(&format!("None. {others}"))
         }
         (true, _) => page.paragraph("No effect is named, so there is none to be confused."),
@@ -159,45 +160,45 @@ fn table(material: &Material, entries: &[Entry]) -> Table {
         table.row(vec![
             Cell::Text(entry.name.clone()),
             Cell::Number(number(entry.gain, 3)),
-            Cell::Number(number(entry.contender.fit.quantile(0.5), 3)),
-            Cell::Number(number(entry.contender.fit.quantile(0.75), 3)),
-            Cell::Text(values(material, entry.contender)),
+            Cell::Number(number(entry.model.fit.quantile(0.5), 3)),
+            Cell::Number(number(entry.model.fit.quantile(0.75), 3)),
+            Cell::Text(values(material, entry.model)),
         ])
     })
 }
 
 /// The effects' own parameters of a candidate.
-fn values(material: &Material, contender: &Contender) -> String {
-    let session = material.session;
+fn values(material: &Material, model: &FittedModel) -> String {
+    let problem = material.problem;
     let is_effect = |name: &str| {
-        contender
+        model
             .choices
             .iter()
-            .any(|c| name.starts_with(&format!("{}.", session.catalogue[c.effect].id)))
+            .any(|c| name.starts_with(&format!("{}.", problem.catalogue[c.effect].id)))
     };
-    let trial = &contender.trial;
-    let list: Vec<String> = trial
+    let fitted = &model.fitted;
+    let list: Vec<String> = fitted
         .hypothesis
         .shared
         .iter()
-        .zip(&trial.fit.point.shared)
-        .filter(|(knob, _)| is_effect(&knob.name))
-        .map(|(knob, at)| {
-            let short = knob
+        .zip(&fitted.fit.point.shared)
+        .filter(|(parameter, _)| is_effect(&parameter.name))
+        .map(|(parameter, at)| {
+            let short = parameter
                 .name
                 .split_once('.')
-                .map_or(knob.name.as_str(), |n| n.1);
-            let unit = if knob.unit == "1" {
+                .map_or(parameter.name.as_str(), |n| n.1);
+            let unit = if parameter.unit == "1" {
                 String::new()
             } else {
-                format!(" {}", knob.unit)
+                format!(" {}", parameter.unit)
             };
-            let bound = if knob.is_at_bound(*at) {
+            let bound = if parameter.is_at_bound(*at) {
                 " (bound)"
             } else {
                 ""
             };
-            format!("{short} {}{unit}{bound}", number(knob.value(*at), 3))
+            format!("{short} {}{unit}{bound}", number(parameter.value(*at), 3))
         })
         .collect();
     list.join(", ")
@@ -206,7 +207,7 @@ fn values(material: &Material, contender: &Contender) -> String {
 fn cards(mut page: Page, material: &Material) -> Page {
     for effect in &material.diagnosis.effects {
         let Some(card) = material
-            .session
+            .problem
             .catalogue
             .iter()
             .find(|c| c.id == effect.id)

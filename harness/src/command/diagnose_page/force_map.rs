@@ -5,7 +5,7 @@ use super::samples::Sample;
 use super::statistics::{bins, median, thinned};
 use super::views::COLOURS;
 use super::{Material, side_by_side};
-use crate::diagnose::moment::Moment;
+use crate::diagnose::data::contact_phase::ContactPhase;
 use crate::observer::{Contact, NormalForce, break_away};
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 
@@ -30,31 +30,31 @@ pub fn section(page: Page, material: &Material) -> Page {
             "The FMU has no output friction_force, so the unexplained force can't be shown.",
         );
     }
-    let page = page.subsection("Unexplained force").table(&by_moment(material)).figures(&[
-        &unexplained(material, "relative velocity", "m/s", "over the relative velocity: a trend here is a wrong friction characteristic", &|s| s.relative_velocity, &|s| s.moment != Moment::Stick),
+    let page = page.subsection("Unexplained force").table(&by_contact_phase(material)).figures(&[
+        &unexplained(material, "relative velocity", "m/s", "over the relative velocity: a trend here is a wrong friction characteristic", &|s| s.relative_velocity, &|s| s.contact_phase != ContactPhase::Stick),
         &unexplained(material, "tip displacement", "mm", "over the displacement: a trend here is a wrong stiffness, or a normal force that follows the tip", &|s| 1e3 * s.displacement, &|_| true),
         &loops(material, 0),
         &loops(material, 1),
     ]);
     let page = page.subsection("Unexplained force along the belt, run by run");
-    let runs = material.session.campaign.runs.len();
+    let runs = material.problem.campaign.runs.len();
     let travel: Vec<Plot> = (0..runs).filter_map(|r| along(material, r)).collect();
     side_by_side(page, &travel)
 }
 
 /// Normal force, for force ratios; 1 N where a run has none.
 fn load(material: &Material, run: usize) -> f64 {
-    let force = material.session.campaign.runs[run].normal_force;
+    let force = material.problem.campaign.runs[run].normal_force;
     if force > 0.0 { force } else { 1.0 }
 }
 
 fn over_velocity(material: &Material) -> Plot {
-    let slip = |moment: Moment| -> Vec<Sample> {
+    let slip = |contact_phase: ContactPhase| -> Vec<Sample> {
         let all: Vec<Sample> = material
             .views
             .samples
             .iter()
-            .filter(|s| s.moment == moment)
+            .filter(|s| s.contact_phase == contact_phase)
             .copied()
             .collect();
         thinned(&all, POINTS / 2)
@@ -63,18 +63,26 @@ fn over_velocity(material: &Material) -> Plot {
         Axis::linear("relative velocity", "m/s"),
         Axis::linear("contact force over normal force", "1"),
     );
-    for (moment, colour, name) in [
-        (Moment::Accelerating, Colour::Red, "slip growing faster"),
-        (Moment::Decelerating, Colour::Blue, "slip growing slower"),
+    for (contact_phase, colour, name) in [
+        (
+            ContactPhase::Accelerating,
+            Colour::Red,
+            "slip growing faster",
+        ),
+        (
+            ContactPhase::Decelerating,
+            Colour::Blue,
+            "slip growing slower",
+        ),
     ] {
-        let (x, y) = coordinates(material, &slip(moment));
+        let (x, y) = coordinates(material, &slip(contact_phase));
         plot = plot.cloud(name, colour, &x, &y);
     }
     let model: Vec<(f64, f64)> = material
         .views
         .samples
         .iter()
-        .filter(|s| s.moment.is_steady() && s.moment != Moment::Stick)
+        .filter(|s| s.contact_phase.is_steady() && s.contact_phase != ContactPhase::Stick)
         .map(|s| {
             (
                 s.relative_velocity,
@@ -102,13 +110,13 @@ fn coordinates(material: &Material, samples: &[Sample]) -> (Vec<f64>, Vec<f64>) 
 }
 
 fn dwell(material: &Material) -> Plot {
-    let session = material.session;
+    let problem = material.problem;
     let mut plot = Plot::new(
         Axis::log("dwell time in stick", "ms"),
         Axis::linear("break-away force over normal force", "1"),
     );
-    for (r, run) in session.campaign.runs.iter().enumerate() {
-        let motion = &session.smoothings[r].stick_slip;
+    for (r, run) in problem.campaign.runs.iter().enumerate() {
+        let motion = &problem.smoothings[r].stick_slip;
         let found = break_away(&Contact {
             relative_velocity: &motion.relative_velocity,
             force: &motion.smoothed.force,
@@ -124,7 +132,7 @@ fn dwell(material: &Material) -> Plot {
     plot.caption("Break-away force against the time spent in stick before, one point per stick phase: shows 'ageing' even where there is none, see below.")
 }
 
-fn by_moment(material: &Material) -> Table {
+fn by_contact_phase(material: &Material) -> Table {
     let [before, after] = &material.views.pair;
     let header = [
         "moment of the cycle",
@@ -133,26 +141,32 @@ fn by_moment(material: &Material) -> Table {
         after.name.as_str(),
     ];
     let all = &material.views.samples;
-    let steady = [Moment::Stick, Moment::Accelerating, Moment::Decelerating];
-    steady.iter().fold(Table::new(&header), |table, moment| {
-        let of = || all.iter().filter(|s| s.moment == *moment);
-        let size = |view: usize| {
-            Cell::Number(number(
-                median(of().map(|s| s.unexplained[view].abs() / load(material, s.run))),
-                3,
-            ))
-        };
-        let share = 100.0 * of().count() as f64 / all.len().max(1) as f64;
-        table.row(vec![
-            Cell::Text(format!(
-                "{}: median of the unexplained force over normal force",
-                moment.name()
-            )),
-            Cell::Number(format!("{share:.0} %")),
-            size(0),
-            size(1),
-        ])
-    })
+    let steady = [
+        ContactPhase::Stick,
+        ContactPhase::Accelerating,
+        ContactPhase::Decelerating,
+    ];
+    steady
+        .iter()
+        .fold(Table::new(&header), |table, contact_phase| {
+            let of = || all.iter().filter(|s| s.contact_phase == *contact_phase);
+            let size = |view: usize| {
+                Cell::Number(number(
+                    median(of().map(|s| s.unexplained[view].abs() / load(material, s.run))),
+                    3,
+                ))
+            };
+            let share = 100.0 * of().count() as f64 / all.len().max(1) as f64;
+            table.row(vec![
+                Cell::Text(format!(
+                    "{}: median of the unexplained force over normal force",
+                    contact_phase.name()
+                )),
+                Cell::Number(format!("{share:.0} %")),
+                size(0),
+                size(1),
+            ])
+        })
 }
 
 fn unexplained(
@@ -172,7 +186,7 @@ fn unexplained(
             .views
             .samples
             .iter()
-            .filter(|s| s.moment.is_steady() && which(s))
+            .filter(|s| s.contact_phase.is_steady() && which(s))
             .map(|s| (x(s), s.unexplained[view] / load(material, s.run)))
             .collect();
         plot = quartiles(
@@ -193,15 +207,23 @@ fn loops(material: &Material, view: usize) -> Plot {
         Axis::linear("relative velocity", "m/s"),
         Axis::linear("unexplained force over normal force", "1"),
     );
-    for (moment, colour, name) in [
-        (Moment::Accelerating, Colour::Red, "slip growing faster"),
-        (Moment::Decelerating, Colour::Blue, "slip growing slower"),
+    for (contact_phase, colour, name) in [
+        (
+            ContactPhase::Accelerating,
+            Colour::Red,
+            "slip growing faster",
+        ),
+        (
+            ContactPhase::Decelerating,
+            Colour::Blue,
+            "slip growing slower",
+        ),
     ] {
         let points: Vec<(f64, f64)> = material
             .views
             .samples
             .iter()
-            .filter(|s| s.moment == moment)
+            .filter(|s| s.contact_phase == contact_phase)
             .map(|s| {
                 (
                     s.relative_velocity,
@@ -216,7 +238,7 @@ fn loops(material: &Material, view: usize) -> Plot {
 }
 
 fn along(material: &Material, r: usize) -> Option<Plot> {
-    let run = &material.session.campaign.runs[r];
+    let run = &material.problem.campaign.runs[r];
     let mut plot = Plot::new(
         Axis::linear("belt travel", "mm"),
         Axis::linear("unexplained force over normal force", "1"),
@@ -228,14 +250,16 @@ fn along(material: &Material, r: usize) -> Option<Plot> {
             .views
             .samples
             .iter()
-            .filter(|s| s.run == r && s.moment.is_steady() && s.moment != Moment::Stick)
+            .filter(|s| {
+                s.run == r && s.contact_phase.is_steady() && s.contact_phase != ContactPhase::Stick
+            })
             .map(|s| (1e3 * s.travel, s.unexplained[view] / load(material, r)))
             .collect();
         let found = bins(&points, 60);
         any |= found.middle.iter().any(|m| m.is_finite());
         plot = quartiles(plot, &material.views.pair[view].name, *colour, &found);
     }
-    let held = if material.session.held_out[r] {
+    let held = if material.problem.held_out[r] {
         ", kept out of the fit"
     } else {
         ""

@@ -1,7 +1,7 @@
 //! Forecasts of the runs kept out: what was measured and what was predicted without another look.
 
 use super::{Material, scaled};
-use crate::diagnose::forecast::Forecast;
+use crate::diagnose::validation::forecast::Forecast;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 
 const MILLI: f64 = 1e3;
@@ -46,7 +46,7 @@ fn table(forecasts: &[Forecast]) -> Table {
         None => "none".to_owned(),
     };
     forecasts.iter().fold(table, |table, f| {
-        let pair = |both: crate::diagnose::forecast::Compared, unit: &str| {
+        let pair = |both: crate::diagnose::validation::forecast::Compared, unit: &str| {
             let (predicted, measured) = (value(both.predicted, unit), value(both.measured, unit));
             Cell::Number(format!("{predicted} | {measured}"))
         };
@@ -64,9 +64,9 @@ fn table(forecasts: &[Forecast]) -> Table {
 }
 
 fn picture(material: &Material, forecast: &Forecast) -> Plot {
-    let session = material.session;
-    let run = &session.campaign.runs[forecast.index];
-    let cycle = session.smoothings[forecast.index].cycle;
+    let problem = material.problem;
+    let run = &problem.campaign.runs[forecast.index];
+    let cycle = problem.smoothings[forecast.index].cycle;
     let cycles = if cycle.is_finite() {
         CYCLES * cycle
     } else {

@@ -3,8 +3,8 @@
 use super::Material;
 use super::verdict::percent;
 use super::views::COLOURS;
-use crate::diagnose::outcome::Verdict;
-use crate::diagnose::session::Session;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::diagnosis::Verdict;
 use crate::measurement::Run;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
@@ -18,11 +18,11 @@ pub fn section(page: Page, material: &Material) -> Page {
 }
 
 /// Error that the sensor's noise alone makes, over the runs kept out (over all if none is).
-pub fn floor(session: &Session) -> f64 {
-    let any = session.held_out.iter().any(|h| *h);
-    let shares: Vec<f64> = (0..session.noise.len())
-        .filter(|&r| !any || session.held_out[r])
-        .map(|r| (session.noise[r] / session.spread[r]).powi(2))
+pub fn floor(problem: &Problem) -> f64 {
+    let any = problem.held_out.iter().any(|h| *h);
+    let shares: Vec<f64> = (0..problem.noise.len())
+        .filter(|&r| !any || problem.held_out[r])
+        .map(|r| (problem.noise[r] / problem.spread[r]).powi(2))
         .collect();
     (shares.iter().sum::<f64>() / shares.len() as f64).sqrt()
 }
@@ -42,8 +42,9 @@ fn ladder(material: &Material) -> Plot {
         })
         .collect();
     let place: Vec<f64> = (0..rungs.len()).map(|i| i as f64).collect();
-    let of =
-        |f: fn(&crate::diagnose::outcome::Rung) -> f64| rungs.iter().map(f).collect::<Vec<f64>>();
+    let of = |f: fn(&crate::diagnose::result::diagnosis::Rung) -> f64| {
+        rungs.iter().map(f).collect::<Vec<f64>>()
+    };
     let (fit, holdout) = (of(|r| 100.0 * r.fit_nrmse), of(|r| 100.0 * r.holdout_nrmse));
     let mut plot = Plot::new(
         Axis::places("model", &names),
@@ -53,7 +54,7 @@ fn ladder(material: &Material) -> Plot {
     .level(
         "sensor noise alone",
         Colour::Grey,
-        100.0 * floor(material.session),
+        100.0 * floor(material.problem),
     );
     // Single effects that were tried but do not stand on the ladder.
     if rungs.len() > 2 {
@@ -75,7 +76,7 @@ fn ladder(material: &Material) -> Plot {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for (i, rung) in rungs.iter().enumerate() {
             for (r, value) in rung.by_run.iter().enumerate() {
-                if material.session.held_out[r] == held {
+                if material.problem.held_out[r] == held {
                     x.push(i as f64 + if held { 0.08 } else { -0.08 });
                     y.push(100.0 * value);
                 }
@@ -99,24 +100,24 @@ fn ladder(material: &Material) -> Plot {
 }
 
 fn table(material: &Material) -> Table {
-    let session = material.session;
+    let problem = material.problem;
     let rungs = &material.diagnosis.error_ladder;
     let mut header = vec!["run", "belt velocity", "normal force", "used for"];
     header.extend(rungs.iter().map(|r| r.step.as_str()));
     header.extend(["noise alone", "last over noise"]);
     let last = rungs.last();
-    session
+    problem
         .campaign
         .runs
         .iter()
         .enumerate()
         .fold(Table::new(&header), |table, (r, run)| {
-            let floor = session.noise[r] / session.spread[r];
+            let floor = problem.noise[r] / problem.spread[r];
             let mut cells = vec![
                 Cell::Text(run.name.clone()),
                 Cell::Number(format!("{} m/s", number(run.belt_velocity, 3))),
                 Cell::Number(format!("{} N", number(run.normal_force, 3))),
-                Cell::Text(if session.held_out[r] {
+                Cell::Text(if problem.held_out[r] {
                     "kept out".into()
                 } else {
                     "fit".into()
@@ -140,21 +141,21 @@ fn table(material: &Material) -> Table {
 }
 
 fn label(material: &Material, r: usize) -> String {
-    let held = if material.session.held_out[r] {
+    let held = if material.problem.held_out[r] {
         ", kept out"
     } else {
         ""
     };
-    format!("{}{held}", material.session.campaign.runs[r].name)
+    format!("{}{held}", material.problem.campaign.runs[r].name)
 }
 
 fn by_run(material: &Material) -> Plot {
-    let session = material.session;
-    let count = session.campaign.runs.len();
+    let problem = material.problem;
+    let count = problem.campaign.runs.len();
     let names: Vec<String> = (0..count).map(|r| label(material, r)).collect();
     let row: Vec<f64> = (0..count).map(|r| r as f64).collect();
     let floor: Vec<f64> = (0..count)
-        .map(|r| 100.0 * session.noise[r] / session.spread[r])
+        .map(|r| 100.0 * problem.noise[r] / problem.spread[r])
         .collect();
     let pair = &material.views.pair;
     let values = pair.each_ref().map(|v| super::scaled(&v.by_run, 100.0));
@@ -164,8 +165,8 @@ fn by_run(material: &Material) -> Plot {
 }
 
 fn plane(material: &Material) -> Plot {
-    let session = material.session;
-    let runs = &session.campaign.runs;
+    let problem = material.problem;
+    let runs = &problem.campaign.runs;
     let [before, after] = &material.views.pair;
     let axis = |name: &str, unit: &str, of: fn(&Run) -> f64, beyond: f64| {
         let low = runs.iter().map(of).fold(f64::INFINITY, f64::min);
@@ -182,7 +183,7 @@ fn plane(material: &Material) -> Plot {
         (true, "kept out", Colour::Green),
     ] {
         let of: Vec<usize> = (0..runs.len())
-            .filter(|&r| session.held_out[r] == held)
+            .filter(|&r| problem.held_out[r] == held)
             .collect();
         let x: Vec<f64> = of.iter().map(|&r| runs[r].belt_velocity).collect();
         let y: Vec<f64> = of.iter().map(|&r| runs[r].normal_force).collect();

@@ -17,10 +17,10 @@ pub use verdict::likely;
 
 use std::path::Path;
 
-use crate::diagnose::outcome::Diagnosis;
-use crate::diagnose::select::Selection;
-use crate::diagnose::session::Session;
-use crate::diagnose::steps::Step;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::diagnosis::Diagnosis;
+use crate::diagnose::result::error_ladder::Step;
+use crate::diagnose::selection::stages::Selection;
 use crate::error::Error;
 use crate::provenance::Provenance;
 use crate::report::{Figure, Page};
@@ -37,7 +37,7 @@ const SECTIONS: [&str; 5] = [
 
 /// Everything that the pictures are drawn from.
 struct Material<'a> {
-    session: &'a Session<'a>,
+    problem: &'a Problem<'a>,
     selection: &'a Selection,
     steps: &'a [Step],
     diagnosis: &'a Diagnosis,
@@ -51,24 +51,24 @@ struct Material<'a> {
 /// # Errors
 /// An FMU that can't be run.
 pub fn html(
-    session: &Session,
+    problem: &Problem,
     selection: &Selection,
     steps: &[Step],
     diagnosis: &Diagnosis,
     output: &Path,
     (command, provenance): (&str, &Provenance),
 ) -> Result<String, Error> {
-    let views = Views::new(session, selection, steps, diagnosis)?;
+    let views = Views::new(problem, selection, steps, diagnosis)?;
     let material = Material {
-        session,
+        problem,
         selection,
         steps,
         diagnosis,
         output,
         views,
     };
-    let title = format!("Diagnosis of {}", session.campaign.name);
-    let page = Page::new(&title, &lead(session));
+    let title = format!("Diagnosis of {}", problem.campaign.name);
+    let page = Page::new(&title, &lead(problem));
     let page = verdict::banner(page, &material);
     let page = verdict::words(page, &material);
     let page = forecast::section(page, &material);
@@ -86,17 +86,17 @@ pub fn html(
     Ok(page.foot(&provenance.lines()).html())
 }
 
-fn lead(session: &Session) -> String {
-    let held = session.held_out.iter().filter(|h| **h).count();
-    let runs = session.campaign.runs.len();
+fn lead(problem: &Problem) -> String {
+    let held = problem.held_out.iter().filter(|h| **h).count();
+    let runs = problem.campaign.runs.len();
     let kept = match held {
         0 => "no run could be kept out of the fit, so every second piece was".to_owned(),
         n => format!("{n} of them kept out of every fit"),
     };
     format!(
         "{} against {runs} measured runs, {kept}. Errors are of predictions over {:.0} ms from estimated start states.",
-        session.fmu.description().model_name,
-        1e3 * session.horizon
+        problem.fmu.description().model_name,
+        1e3 * problem.horizon
     )
 }
 

@@ -2,27 +2,27 @@
 
 use super::views::COLOURS;
 use super::{Material, scaled};
-use crate::diagnose::session::Session;
+use crate::diagnose::model::problem::Problem;
 use crate::observer::PhaseMode;
 use crate::report::{Axis, Colour, Page, Plot, number, with_unit};
 
-/// Consecutive shots that a picture shows.
+/// Consecutive segments that a picture shows.
 const SHOWN: usize = 5;
 const MILLI: f64 = 1e3;
 
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
-    let session = material.session;
+    let problem = material.problem;
     let mut page = page.section(super::SECTIONS[1]).paragraph(&format!(
         "Every prediction starts from an estimated state and runs for {:.0} ms; then the next one starts. Each picture shows the pieces of its run \
          that are most typical of it. On runs kept out of the fit, the pieces without prediction are those from which the run's own friction level was learnt.",
-        MILLI * session.horizon
+        MILLI * problem.horizon
     ));
-    for run in 0..session.campaign.runs.len() {
+    for run in 0..problem.campaign.runs.len() {
         let Some(shown) = typical(material, run) else {
             page = page.paragraph(&format!(
                 "{}: too short to be predicted.",
-                session.campaign.runs[run].name
+                problem.campaign.runs[run].name
             ));
             continue;
         };
@@ -38,7 +38,7 @@ pub fn section(page: Page, material: &Material) -> Page {
 }
 
 fn title(material: &Material, r: usize) -> String {
-    let run = &material.session.campaign.runs[r];
+    let run = &material.problem.campaign.runs[r];
     let [before, after] = material
         .views
         .pair
@@ -49,7 +49,7 @@ fn title(material: &Material, r: usize) -> String {
         run.name,
         number(run.belt_velocity, 3),
         with_unit(run.normal_force, "N"),
-        if material.session.held_out[r] {
+        if material.problem.held_out[r] {
             ", kept out of the fit"
         } else {
             ""
@@ -57,22 +57,23 @@ fn title(material: &Material, r: usize) -> String {
     )
 }
 
-/// The stretch of consecutive shots whose error before is nearest to the run's median.
+/// The stretch of consecutive segments whose error before is nearest to the run's median.
 fn typical(material: &Material, run: usize) -> Option<Vec<usize>> {
-    let session = material.session;
-    let of_run: Vec<usize> = (0..session.shots.len())
-        .filter(|&k| session.shots[k].run == run)
+    let problem = material.problem;
+    let of_run: Vec<usize> = (0..problem.segments.len())
+        .filter(|&k| problem.segments[k].run == run)
         .collect();
     let error = |k: usize, view: usize| {
         let replay = material.views.pair[view].replays.get(&k)?;
-        let shot = &session.shots[k];
-        let sum: f64 = shot
+        let segment = &problem.segments[k];
+        let sum: f64 = segment
             .measured
             .iter()
             .zip(&replay.displacement)
             .map(|(m, p)| (m - p).powi(2))
             .sum();
-        sum.is_finite().then(|| (sum / shot.time.len() as f64).ln())
+        sum.is_finite()
+            .then(|| (sum / segment.time.len() as f64).ln())
     };
     let level = |window: &[usize]| {
         let errors: Vec<f64> = window
@@ -101,16 +102,16 @@ fn typical(material: &Material, run: usize) -> Option<Vec<usize>> {
         .map(|(_, w)| w.to_vec())
 }
 
-/// Times of a shot in ms since the run began.
-fn times(session: &Session, k: usize) -> Vec<f64> {
-    let shot = &session.shots[k];
-    let origin = session.campaign.runs[shot.run].time[0];
-    shot.time.iter().map(|t| MILLI * (t - origin)).collect()
+/// Times of a segment in ms since the run began.
+fn times(problem: &Problem, k: usize) -> Vec<f64> {
+    let segment = &problem.segments[k];
+    let origin = problem.campaign.runs[segment.run].time[0];
+    segment.time.iter().map(|t| MILLI * (t - origin)).collect()
 }
 
 /// Stick phases of the stretch shown, in ms.
-fn sticks(session: &Session, run: usize, from: f64, to: f64) -> Vec<(f64, f64)> {
-    session.smoothings[run]
+fn sticks(problem: &Problem, run: usize, from: f64, to: f64) -> Vec<(f64, f64)> {
+    problem.smoothings[run]
         .stick_slip
         .phases
         .iter()
@@ -120,24 +121,24 @@ fn sticks(session: &Session, run: usize, from: f64, to: f64) -> Vec<(f64, f64)> 
         .collect()
 }
 
-fn span(session: &Session, shown: &[usize]) -> (f64, f64) {
+fn span(problem: &Problem, shown: &[usize]) -> (f64, f64) {
     let (first, last) = (
-        times(session, shown[0]),
-        times(session, shown[shown.len() - 1]),
+        times(problem, shown[0]),
+        times(problem, shown[shown.len() - 1]),
     );
     (first[0], last[last.len() - 1])
 }
 
-/// One curve over several shots, interrupted between them.
+/// One curve over several segments, interrupted between them.
 fn curve(
-    session: &Session,
+    problem: &Problem,
     shown: &[usize],
     value: impl Fn(usize) -> Option<Vec<f64>>,
 ) -> (Vec<f64>, Vec<f64>) {
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for &k in shown {
         let Some(values) = value(k) else { continue };
-        x.extend(times(session, k));
+        x.extend(times(problem, k));
         y.extend(values);
         x.push(f64::NAN);
         y.push(f64::NAN);
@@ -146,10 +147,10 @@ fn curve(
 }
 
 fn displacement(material: &Material, run: usize, shown: &[usize]) -> Plot {
-    let session = material.session;
-    let (from, to) = span(session, shown);
+    let problem = material.problem;
+    let (from, to) = span(problem, shown);
     let measured: Vec<(f64, f64)> = {
-        let run = &session.campaign.runs[run];
+        let run = &problem.campaign.runs[run];
         let time = run.time.iter().map(|t| MILLI * (t - run.time[0]));
         time.zip(&run.displacement)
             .filter(|(t, _)| (from..=to).contains(t))
@@ -161,10 +162,10 @@ fn displacement(material: &Material, run: usize, shown: &[usize]) -> Plot {
         Axis::linear("time", "ms").from_to(from, to),
         Axis::linear("tip displacement", "mm"),
     )
-    .shade("stick", Colour::Sky, &sticks(session, run, from, to))
+    .shade("stick", Colour::Sky, &sticks(problem, run, from, to))
     .line("measured", Colour::Ink, &time, &values);
     for (view, colour) in material.views.pair.iter().zip(COLOURS) {
-        let (x, y) = curve(session, shown, |k| {
+        let (x, y) = curve(problem, shown, |k| {
             view.replays.get(&k).map(|r| scaled(&r.displacement, MILLI))
         });
         plot = plot.dashed_line(&view.name, colour, &x, &y);
@@ -173,14 +174,14 @@ fn displacement(material: &Material, run: usize, shown: &[usize]) -> Plot {
 }
 
 fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
-    let session = material.session;
-    let (from, to) = span(session, shown);
-    let noise = session.noise[run];
+    let problem = material.problem;
+    let (from, to) = span(problem, shown);
+    let noise = problem.noise[run];
     let mut plot = Plot::new(
         Axis::linear("time", "ms").from_to(from, to),
         Axis::symlog("measured less predicted, over noise", "1", 3.0),
     )
-    .shade("stick", Colour::Sky, &sticks(session, run, from, to))
+    .shade("stick", Colour::Sky, &sticks(problem, run, from, to))
     .band(
         "noise (2 std)",
         Colour::Grey,
@@ -189,14 +190,14 @@ fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
         &[2.0; 2],
     );
     for (view, colour) in material.views.pair.iter().zip(COLOURS) {
-        let (x, y) = curve(session, shown, |k| {
+        let (x, y) = curve(problem, shown, |k| {
             let replay = view.replays.get(&k)?;
-            let shot = &session.shots[k];
+            let segment = &problem.segments[k];
             Some(
-                (0..shot.time.len())
+                (0..segment.time.len())
                     .map(|i| {
-                        if shot.trusted[i] {
-                            (shot.measured[i] - replay.displacement[i]) / noise
+                        if segment.trusted[i] {
+                            (segment.measured[i] - replay.displacement[i]) / noise
                         } else {
                             f64::NAN
                         }

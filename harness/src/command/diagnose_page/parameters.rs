@@ -3,8 +3,8 @@
 use super::Material;
 use super::verdict::with_interval;
 use super::views::COLOURS;
-use crate::diagnose::conclude::estimate;
-use crate::diagnose::search::Trial;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::validation::estimate::estimate;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// The section.
@@ -15,14 +15,14 @@ pub fn section(page: Page, material: &Material) -> Page {
         .code(&compare_again(material));
     let page = page.table(&values(material)).figure(&shift(material));
     page.subsection("What each run has of its own")
-        .table(&own(material))
+        .table(&per_run(material))
 }
 
 /// The command that compares with the calibrated FMU.
 fn compare_again(material: &Material) -> String {
     format!(
         "stickslip compare {} --fmu {}",
-        material.session.campaign.folder.display(),
+        material.problem.campaign.folder.display(),
         material
             .output
             .join(crate::command::pack::FILE_NAME)
@@ -31,51 +31,56 @@ fn compare_again(material: &Material) -> String {
 }
 
 /// Models whose values are shown: calibrated, and the last rung if an effect was added.
-fn trials<'a>(material: &'a Material) -> Vec<(String, &'a Trial)> {
+fn all_fitted<'a>(material: &'a Material) -> Vec<(String, &'a FittedHypothesis)> {
     let steps = material.steps;
-    let mut out = vec![("calibrated".to_owned(), &steps[0].trial)];
+    let mut out = vec![("calibrated".to_owned(), &steps[0].fitted)];
     if steps.len() > 1
-        && material.diagnosis.verdict != crate::diagnose::outcome::Verdict::NoMissingEffect
+        && material.diagnosis.verdict
+            != crate::diagnose::result::diagnosis::Verdict::NoMissingEffect
     {
         out.push((
             material.views.pair[1].name.clone(),
-            &steps[steps.len() - 1].trial,
+            &steps[steps.len() - 1].fitted,
         ));
     }
     out
 }
 
 fn values(material: &Material) -> Table {
-    let trials = trials(material);
-    let longest = trials[trials.len() - 1].1;
+    let all_fitted = all_fitted(material);
+    let longest = all_fitted[all_fitted.len() - 1].1;
     let header: Vec<&str> = ["parameter", "given"]
         .into_iter()
-        .chain(trials.iter().map(|t| t.0.as_str()))
+        .chain(all_fitted.iter().map(|t| t.0.as_str()))
         .collect();
     longest
         .hypothesis
         .shared
         .iter()
-        .fold(Table::new(&header), |table, knob| {
-            let known = trials[0].1.hypothesis.shared_index(&knob.name).is_some();
-            let unit = if knob.unit == "1" {
+        .fold(Table::new(&header), |table, parameter| {
+            let known = all_fitted[0]
+                .1
+                .hypothesis
+                .shared_index(&parameter.name)
+                .is_some();
+            let unit = if parameter.unit == "1" {
                 String::new()
             } else {
-                format!(" {}", knob.unit)
+                format!(" {}", parameter.unit)
             };
             let mut cells = vec![
-                Cell::Text(knob.name.clone()),
+                Cell::Text(parameter.name.clone()),
                 Cell::Number(if known {
-                    format!("{}{unit}", number(knob.prior, 4))
+                    format!("{}{unit}", number(parameter.prior, 4))
                 } else {
                     "–".into()
                 }),
             ];
-            for (_, trial) in &trials {
-                cells.push(match trial.hypothesis.shared_index(&knob.name) {
+            for (_, fitted) in &all_fitted {
+                cells.push(match fitted.hypothesis.shared_index(&parameter.name) {
                     None => Cell::Number("–".into()),
                     Some(i) => {
-                        let found = estimate(&trial.hypothesis, &trial.fit, i);
+                        let found = estimate(&fitted.hypothesis, &fitted.fit, i);
                         let text = with_interval(&found);
                         if found.at_bound {
                             Cell::Alert(text)
@@ -90,8 +95,8 @@ fn values(material: &Material) -> Table {
 }
 
 fn shift(material: &Material) -> Plot {
-    let trials = trials(material);
-    let base = &trials[0].1.hypothesis.shared;
+    let all_fitted = all_fitted(material);
+    let base = &all_fitted[0].1.hypothesis.shared;
     let names: Vec<String> = base.iter().map(|k| k.name.clone()).collect();
     let height = 90.0 + 26.0 * names.len() as f64;
     let mut plot = Plot::new(
@@ -100,17 +105,17 @@ fn shift(material: &Material) -> Plot {
     )
     .size(1000.0, height)
     .upright("as given", Colour::Grey, 0.0);
-    for (n, (name, trial)) in trials.iter().enumerate() {
-        let offset = if trials.len() == 1 {
+    for (n, (name, fitted)) in all_fitted.iter().enumerate() {
+        let offset = if all_fitted.len() == 1 {
             0.0
         } else {
             0.36 * n as f64 - 0.18
         };
         let (mut row, mut middle, mut low, mut high) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (i, knob) in base.iter().enumerate() {
-            let found = estimate(&trial.hypothesis, &trial.fit, i);
-            let percent = |v: f64| 100.0 * (v / knob.prior - 1.0);
+        for (i, parameter) in base.iter().enumerate() {
+            let found = estimate(&fitted.hypothesis, &fitted.fit, i);
+            let percent = |v: f64| 100.0 * (v / parameter.prior - 1.0);
             row.push(i as f64 + offset);
             middle.push(percent(found.value));
             let half = found.half_width().unwrap_or(f64::NAN);
@@ -122,11 +127,11 @@ fn shift(material: &Material) -> Plot {
     plot.caption("How far calibration moved each parameter, with 95 % intervals: a model that lacks an effect bends its parameters to make up for it, and they come back when the effect is added.")
 }
 
-fn own(material: &Material) -> Table {
+fn per_run(material: &Material) -> Table {
     let runs = &material.diagnosis.runs;
     // Profiles have dozens of nodes per run; they are in diagnosis.json.
     let names: Vec<&String> = runs.first().map_or(Vec::new(), |r| {
-        r.own
+        r.per_run
             .keys()
             .filter(|k| !k.contains("node") && !k.contains('['))
             .collect()
@@ -137,7 +142,7 @@ fn own(material: &Material) -> Table {
     runs.iter().fold(Table::new(&header), |table, run| {
         let cells = names
             .iter()
-            .map(|n| Cell::Number(run.own.get(*n).map_or("–".into(), |v| number(*v, 4))));
+            .map(|n| Cell::Number(run.per_run.get(*n).map_or("–".into(), |v| number(*v, 4))));
         table.row(
             std::iter::once(Cell::Text(run.name.clone()))
                 .chain(cells)

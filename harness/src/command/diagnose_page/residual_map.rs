@@ -1,11 +1,11 @@
-//! Where the predictions fail: moment of the cycle, time since the start of a prediction, frequency.
+//! Where the predictions fail: contact_phase of the cycle, time since the start of a prediction, frequency.
 
 use super::Material;
 use super::ladder::dumbbells;
 use super::statistics::{Bins, bins, median, stretches};
 use super::views::COLOURS;
-use crate::diagnose::moment::Moment;
-use crate::diagnose::residual::{NORMAL_MEDIAN, spectrum_over_noise};
+use crate::diagnose::data::contact_phase::ContactPhase;
+use crate::diagnose::explanation::residual::{NORMAL_MEDIAN, spectrum_over_noise};
 use crate::report::{Axis, Colour, Page, Plot};
 
 /// The first part of the section.
@@ -13,7 +13,7 @@ pub fn section(page: Page, material: &Material) -> Page {
     let page = page
         .section(super::SECTIONS[3])
         .paragraph("First the error of the predicted displacement, then the force that the model does not explain. In units of the noise 1 is the floor: nothing is left to be explained.")
-        .figures(&[&by_moment(material), &by_horizon(material)]);
+        .figures(&[&by_contact_phase(material), &by_horizon(material)]);
     match residual_spectrum(material) {
         Some(plot) => page.figure(&plot),
         None => page,
@@ -25,7 +25,7 @@ fn sizes<'a>(
     material: &'a Material,
     view: usize,
 ) -> impl Iterator<Item = (&'a super::samples::Sample, f64)> {
-    let noise = &material.session.noise;
+    let noise = &material.problem.noise;
     material
         .views
         .samples
@@ -33,15 +33,18 @@ fn sizes<'a>(
         .map(move |s| (s, s.residual[view].abs() / noise[s.run] / NORMAL_MEDIAN))
 }
 
-fn by_moment(material: &Material) -> Plot {
-    let names: Vec<String> = Moment::ALL.iter().map(|m| m.name().to_owned()).collect();
+fn by_contact_phase(material: &Material) -> Plot {
+    let names: Vec<String> = ContactPhase::ALL
+        .iter()
+        .map(|m| m.name().to_owned())
+        .collect();
     let values = [0, 1].map(|view| {
-        Moment::ALL
+        ContactPhase::ALL
             .iter()
             .map(|m| {
                 median(
                     sizes(material, view)
-                        .filter(|(s, _)| s.moment == *m)
+                        .filter(|(s, _)| s.contact_phase == *m)
                         .map(|(_, v)| v),
                 )
             })
@@ -88,10 +91,10 @@ pub fn quartiles(mut plot: Plot, name: &str, colour: Colour, bins: &Bins) -> Plo
     plot.line(name, colour, &bins.x, &bins.middle)
 }
 
-/// Median over the shots of the residual's amplitude at each frequency, over the noise.
+/// Median over the segments of the residual's amplitude at each frequency, over the noise.
 fn residual_spectrum(material: &Material) -> Option<Plot> {
-    let session = material.session;
-    let nyquist = session
+    let problem = material.problem;
+    let nyquist = problem
         .campaign
         .runs
         .iter()
@@ -113,7 +116,7 @@ fn residual_spectrum(material: &Material) -> Option<Plot> {
     .size(1240.0, 340.0);
     let mut any = false;
     for (view, colour) in material.views.pair.iter().zip(COLOURS) {
-        let (frequency, level): (Vec<f64>, Vec<f64>) = spectrum_over_noise(session, &view.replays)
+        let (frequency, level): (Vec<f64>, Vec<f64>) = spectrum_over_noise(problem, &view.replays)
             .into_iter()
             .unzip();
         any |= !level.is_empty();

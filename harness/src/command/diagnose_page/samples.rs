@@ -1,18 +1,18 @@
-//! Every sample of the shots with what was measured there, what the contact did, and what two models say.
+//! Every sample of the segments with what was measured there, what the contact did, and what two models say.
 
 use super::views::View;
-use crate::diagnose::moment::{Instant, Moment};
-use crate::diagnose::session::Session;
+use crate::diagnose::data::contact_phase::{ContactPhase, Instant};
+use crate::diagnose::model::problem::Problem;
 
-/// One sample of a shot.
+/// One sample of a segment.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     /// Index of the run.
     pub run: usize,
-    /// Time since the shot began in s.
+    /// Time since the segment began in s.
     pub since_start: f64,
     /// What the contact does.
-    pub moment: Moment,
+    pub contact_phase: ContactPhase,
     /// Smoothed tip velocity less belt velocity in m/s.
     pub relative_velocity: f64,
     /// Smoothed displacement in m.
@@ -27,31 +27,31 @@ pub struct Sample {
     pub unexplained: [f64; 2],
 }
 
-/// Samples of all shots that the second model predicts, trusted ones only.
-pub fn samples(session: &Session, pair: &[View; 2]) -> Vec<Sample> {
+/// Samples of all segments that the second model predicts, trusted ones only.
+pub fn samples(problem: &Problem, pair: &[View; 2]) -> Vec<Sample> {
     let mut out = Vec::new();
     for (&index, after) in &pair[1].replays {
         let before = pair[0].replays.get(&index);
-        let shot = &session.shots[index];
-        let run = &session.campaign.runs[shot.run];
-        let motion = &session.smoothings[shot.run].stick_slip;
+        let segment = &problem.segments[index];
+        let run = &problem.campaign.runs[segment.run];
+        let motion = &problem.smoothings[segment.run].stick_slip;
         let smoothed = &motion.smoothed;
-        for k in (0..shot.time.len()).filter(|&k| shot.trusted[k]) {
-            let instant = Instant::new(run, motion, shot.time[k] - run.time[0]);
+        for k in (0..segment.time.len()).filter(|&k| segment.trusted[k]) {
+            let instant = Instant::new(run, motion, segment.time[k] - run.time[0]);
             let slot = instant.slot;
             let force = smoothed.force[slot];
-            let both = |value: &dyn Fn(&crate::diagnose::replay::Replay) -> f64| {
+            let both = |value: &dyn Fn(&crate::diagnose::explanation::replay::Replay) -> f64| {
                 [before.map_or(f64::NAN, value), value(after)]
             };
             out.push(Sample {
-                run: shot.run,
-                since_start: shot.time[k] - shot.time[0],
-                moment: instant.moment,
+                run: segment.run,
+                since_start: segment.time[k] - segment.time[0],
+                contact_phase: instant.contact_phase,
                 relative_velocity: motion.relative_velocity[slot],
                 displacement: smoothed.displacement[slot],
                 travel: instant.travel,
                 force,
-                residual: both(&|r| shot.measured[k] - r.displacement[k]),
+                residual: both(&|r| segment.measured[k] - r.displacement[k]),
                 unexplained: both(&|r| force - r.force[k]),
             });
         }

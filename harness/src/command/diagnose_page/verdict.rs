@@ -1,8 +1,10 @@
 //! The verdict bar and what was found in plain words.
 
 use super::{Material, SECTIONS};
-use crate::diagnose::outcome::{Diagnosis, Estimate, FoundEffect, Verdict};
-use crate::diagnose::rivals::{TIE, others};
+use crate::diagnose::result::diagnosis::{Diagnosis, FoundEffect, Verdict};
+use crate::diagnose::selection::ties::others;
+use crate::diagnose::thresholds::TIE;
+use crate::diagnose::validation::estimate::Estimate;
 use crate::report::{Colour, Page, number};
 
 /// The bar that stays in sight.
@@ -31,7 +33,7 @@ fn headline(material: &Material) -> String {
         Verdict::UnknownEffect if material.selection.stopped => {
             "Not decided: the search was stopped.".into()
         }
-        Verdict::UnknownEffect => match material.selection.tried_by_hand(material.session) {
+        Verdict::UnknownEffect => match material.selection.tried_by_hand(material.problem) {
             Some(tried) => format!("Not explained by what was tried: {tried}."),
             None => "Something outside the catalogue is missing.".into(),
         },
@@ -40,7 +42,7 @@ fn headline(material: &Material) -> String {
 
 fn title(material: &Material, effect: &FoundEffect) -> String {
     let card = material
-        .session
+        .problem
         .catalogue
         .iter()
         .find(|c| c.id == effect.id);
@@ -76,7 +78,7 @@ fn fall(material: &Material) -> String {
         before.step,
         percent(last.holdout_nrmse),
         last.step,
-        percent(super::ladder::floor(material.session)),
+        percent(super::ladder::floor(material.problem)),
         number(last.holdout_over_noise, 3)
     )
 }
@@ -98,7 +100,7 @@ pub fn words(page: Page, material: &Material) -> Page {
         Verdict::EffectFound => diagnosis.effects.iter().fold(page, |page, effect| {
             page.paragraph(&found(
                 effect,
-                &others(material.session, material.selection),
+                &others(material.problem, material.selection),
             ))
         }),
         _ => page.paragraph(&diagnosis.summary),

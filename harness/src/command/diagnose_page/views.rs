@@ -1,15 +1,15 @@
-//! Two models side by side: the one before the effect and the one after, replayed over the same shots.
+//! Two models side by side: the one before the effect and the one after, replayed over the same segments.
 
 use std::collections::BTreeMap;
 
 use super::samples::{Sample, samples};
-use crate::diagnose::judge::Judgement;
-use crate::diagnose::outcome::{Diagnosis, Verdict};
-use crate::diagnose::replay::Replay;
-use crate::diagnose::residual::replays;
-use crate::diagnose::select::Selection;
-use crate::diagnose::session::Session;
-use crate::diagnose::steps::Step;
+use crate::diagnose::explanation::replay::Replay;
+use crate::diagnose::explanation::residual::replays;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
+use crate::diagnose::result::error_ladder::Step;
+use crate::diagnose::selection::stages::Selection;
+use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
 use crate::report::Colour;
 
@@ -20,7 +20,7 @@ pub const COLOURS: [Colour; 2] = [Colour::Orange, Colour::Blue];
 pub struct View {
     /// Its name in legends.
     pub name: String,
-    /// Its predictions by shot; held-out ones where a run is kept out.
+    /// Its predictions by segment; held-out ones where a run is kept out.
     pub replays: BTreeMap<usize, Replay>,
     /// Error of each run, held-out error where it is kept out (1).
     pub by_run: Vec<f64>,
@@ -30,7 +30,7 @@ pub struct View {
 pub struct Views {
     /// Before, after.
     pub pair: [View; 2],
-    /// Samples of the shots that both predict.
+    /// Samples of the segments that both predict.
     pub samples: Vec<Sample>,
 }
 
@@ -40,21 +40,21 @@ impl Views {
     /// Where nothing is missing these are the model as given and as calibrated; else the calibrated
     /// model and the last rung.
     pub fn new(
-        session: &Session,
+        problem: &Problem,
         selection: &Selection,
         steps: &[Step],
         diagnosis: &Diagnosis,
     ) -> Result<Views, Error> {
         let rung = |name: &str, i: usize| {
-            let h = &steps[i].trial.hypothesis;
-            view(session, name, h, &steps[i].fit, &steps[i].holdout)
+            let h = &steps[i].fitted.hypothesis;
+            view(problem, name, h, &steps[i].fit, &steps[i].holdout)
         };
         let last = steps.len() - 1;
         let pair = if diagnosis.verdict == Verdict::NoMissingEffect || last == 0 {
-            let plain = session.hypothesis(&[])?;
+            let plain = problem.hypothesis(&[])?;
             let (fit, holdout) = (&selection.as_given, &selection.as_given_holdout);
             [
-                view(session, "as given", &plain, fit, holdout)?,
+                view(problem, "as given", &plain, fit, holdout)?,
                 rung("calibrated", 0)?,
             ]
         } else {
@@ -74,19 +74,19 @@ impl Views {
             };
             [rung("calibrated", 0)?, rung(&name, last)?]
         };
-        let samples = samples(session, &pair);
+        let samples = samples(problem, &pair);
         Ok(Views { pair, samples })
     }
 }
 
 fn view(
-    session: &Session,
+    problem: &Problem,
     name: &str,
-    hypothesis: &crate::diagnose::hypothesis::Hypothesis,
-    fit: &Judgement,
-    holdout: &Judgement,
+    hypothesis: &crate::diagnose::model::hypothesis::Hypothesis,
+    fit: &SegmentErrors,
+    holdout: &SegmentErrors,
 ) -> Result<View, Error> {
-    let replays = replays(session, hypothesis, fit, holdout)?;
+    let replays = replays(problem, hypothesis, fit, holdout)?;
     let by_run = fit
         .by_run
         .iter()

@@ -70,8 +70,8 @@ mod tests {
     use crate::command::open_fmu;
     use crate::command::pack::belt_drive;
     use crate::command::repaired_model::write_fmu;
-    use crate::diagnose::candidate::candidates;
-    use crate::diagnose::terms;
+    use crate::diagnose::model::effect_card::candidates;
+    use crate::diagnose::model::library;
 
     #[test]
     fn terms_stand_behind_the_effects_and_start_values_stay() {
@@ -80,13 +80,17 @@ mod tests {
         let plain = open_fmu(None).unwrap();
         write_fmu(&plain, &[("normal_force".to_owned(), 77.0)], &changed).unwrap();
         let plain = Fmu::load(&changed).unwrap();
-        let widened = with_effects(&plain, &terms::FILES).unwrap().unwrap();
+        let widened = with_effects(&plain, &library::FILES).unwrap().unwrap();
         let start = widened.variable("normal_force").unwrap().start_number();
         assert_eq!(start, Some(77.0));
         let (few, many) = (candidates(&plain).unwrap(), candidates(&widened).unwrap());
         assert_eq!(few, many[..few.len()]);
-        assert_eq!(many.len(), few.len() + terms::FILES.len());
-        assert!(many[few.len()..].iter().all(|c| terms::is_term(&c.id)));
+        assert_eq!(many.len(), few.len() + library::FILES.len());
+        assert!(
+            many[few.len()..]
+                .iter()
+                .all(|c| library::is_library_effect(&c.id))
+        );
     }
 
     #[test]
@@ -95,6 +99,6 @@ mod tests {
         let path = folder.path().join("drive.fmu");
         belt_drive::pack(&path).unwrap();
         let drive = Fmu::load(&path).unwrap();
-        assert!(with_effects(&drive, &terms::FILES).unwrap().is_none());
+        assert!(with_effects(&drive, &library::FILES).unwrap().is_none());
     }
 }

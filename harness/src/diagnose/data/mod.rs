@@ -1,0 +1,11 @@
+//! What was measured, cut and smoothed: segments, contact phases, break-aways.
+
+pub mod belt_speed;
+pub mod break_away;
+pub mod break_away_events;
+pub mod contact_phase;
+pub mod hold_out;
+pub mod place_map;
+pub(crate) mod place_prediction;
+pub mod segment;
+pub mod slip_samples;

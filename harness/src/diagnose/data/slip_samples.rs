@@ -1,0 +1,49 @@
+//! Samples of the smoothed motion in slip.
+
+use crate::diagnose::data::segment::Smoothing;
+use crate::observer::PhaseMode;
+
+/// Time in s about a transition in which the smoothed force can't follow.
+const CLEAR: f64 = 4e-4;
+
+/// A sample in slip.
+#[derive(Debug, Clone, Copy)]
+pub struct SlipSample {
+    /// Time since the run began in s.
+    pub time: f64,
+    /// Distance in m that belt and tip have moved against each other since then.
+    pub travel: f64,
+    /// Relative velocity in m/s.
+    pub relative_velocity: f64,
+    /// Smoothed force in N, positive along the belt's motion.
+    pub force: f64,
+    /// Force in N by the free characteristic.
+    pub expected: f64,
+}
+
+/// Slip samples of one run over a belt of `belt` m/s, without what a characteristic expects.
+pub(crate) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
+    let stick_slip = &smoothing.stick_slip;
+    let smoothed = &stick_slip.smoothed;
+    let h = smoothed.sample_interval;
+    let mut out = Vec::new();
+    for phase in stick_slip
+        .phases
+        .iter()
+        .filter(|p| p.mode != PhaseMode::Stick)
+    {
+        for k in phase.first..phase.past {
+            let time = k as f64 * h;
+            if time > phase.start + CLEAR && time < phase.end - CLEAR {
+                out.push(SlipSample {
+                    time,
+                    travel: belt * time - (smoothed.displacement[k] - smoothed.displacement[0]),
+                    relative_velocity: stick_slip.relative_velocity[k],
+                    force: smoothed.force[k],
+                    expected: f64::NAN,
+                });
+            }
+        }
+    }
+    out
+}

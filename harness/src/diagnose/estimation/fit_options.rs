@@ -1,0 +1,61 @@
+//! How a fit is done.
+
+/// Every how many-th sample is used while searching.
+pub const STRIDE: usize = 2;
+
+/// How a fit is done.
+#[derive(Debug, Clone, Copy)]
+pub struct FitOptions {
+    /// Largest number of Jacobians.
+    pub iterations: usize,
+    /// Every how many-th sample is used.
+    pub stride: usize,
+    /// Share of each segment that is used, from its start.
+    pub share: f64,
+    /// A fit ends once Q falls by less than this share in an iteration.
+    pub tolerance: f64,
+    /// Iterations in a row that gain less than that after which a fit ends.
+    pub patience: usize,
+    /// Whether shared and own parameters move, or only the start states.
+    pub parameters: bool,
+    /// Whether the shared parameters move.
+    pub shared: bool,
+    /// Whether segments that start in the wrong basin get other starts.
+    pub reinitialise: bool,
+    /// How many times more than the residuals' count suggests the reference model's own parameters are held to what is
+    /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.
+    pub belief: f64,
+    /// Whether the segments that fit worst have no say, as in a search, where a model may still be far off; else the objective is
+    /// that of the evidence.
+    pub robust: bool,
+    /// Whether the parameters of the reference model that all runs share move at all.
+    pub reference: bool,
+}
+
+impl FitOptions {
+    /// Those of a search, with at most so many Jacobians.
+    pub fn search(iterations: usize) -> Self {
+        Self {
+            iterations,
+            stride: STRIDE,
+            share: 1.0,
+            tolerance: 1e-3,
+            patience: 1,
+            parameters: true,
+            shared: true,
+            reinitialise: true,
+            belief: 1.0,
+            robust: true,
+            reference: true,
+        }
+    }
+}
+
+/// With how much care a hypothesis is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Care {
+    /// Every third of the segments kept out: enough to rank candidates.
+    Brief,
+    /// All of them.
+    Thorough,
+}

@@ -1,0 +1,180 @@
+//! Other start states for segments that ended in a wrong basin.
+
+use crate::diagnose::estimation::fit::Fit;
+use crate::diagnose::estimation::fitter::{Fitter, Place, directions, sum_of_squares};
+use crate::diagnose::estimation::normal_equations::scaled_inverse;
+use crate::diagnose::estimation::sensitivities::Turned;
+use crate::diagnose::model::point::{Point, SegmentStart};
+use nalgebra::DVector;
+
+/// Shares of a segment over which its start is fitted one after another, and iterations for each.
+const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (1.0, 6)];
+
+/// How many of these shares are a segment's beginning.
+const BEGINNING: usize = 2;
+/// Fall of a segment's sum of squares, as a share of it, below which the fit of its start ends.
+const START_TOLERANCE: f64 = 1e-3;
+/// How often segments in a wrong basin get other starts where only starts are fitted: what is found may be where the next begins.
+const RESTARTS_OF_STATES: usize = 2;
+/// Share to which the objective must have fallen before a segment that was not found is looked for again.
+const FOUND_ANEW: f64 = 0.7;
+
+/// A segment whose mean square error is above this many times that of the better ones is in a wrong basin.
+const WRONG: f64 = 4.0;
+
+impl Fitter<'_, '_> {
+    fn sum(&mut self, k: usize, point: &Point) -> f64 {
+        sum_of_squares(&self.residual(k, point))
+    }
+
+    /// Fits the start states alone, over a growing share of the segments: the beginning of a segment is met from
+    /// afar where its end would lead astray. Segments that end in a wrong basin get other starts.
+    pub fn fit_initial_states(&mut self, start: Point) -> Fit {
+        let mut point = start;
+        for k in 0..self.data.segments.len() {
+            self.fit_start(k, &mut point, &GROWING);
+        }
+        let mut here = self.evaluate(point);
+        for _ in 0..RESTARTS_OF_STATES {
+            self.reinitialise(&mut here);
+        }
+        self.fit_at(here, None, f64::NEG_INFINITY)
+    }
+
+    /// Fits the start state of one segment alone over growing shares of it, from the start it has in `point`.
+    fn fit_start(&mut self, k: usize, point: &mut Point, growing: &[(f64, usize)]) -> f64 {
+        let share = self.options.share;
+        let mut sum = f64::INFINITY;
+        for &(part, iterations) in growing {
+            self.options.share = share * part;
+            sum = self.fit_start_over(k, point, iterations);
+        }
+        self.options.share = share;
+        sum
+    }
+
+    fn fit_start_over(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {
+        let mut sum = self.sum(k, point);
+        let mut damping = 1e-3;
+        for _ in 0..iterations {
+            let Some(residual) = self.residual(k, point) else {
+                break;
+            };
+            let l = self.linearise(k, point, residual, Turned::State);
+            let list = directions(self.hypothesis, point.stuck[k]);
+            let mut xx = l.states.tr_mul(&l.states);
+            let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
+            self.add_state_prior(
+                &list,
+                &point.states[k],
+                sum / self.count(k),
+                &mut xx,
+                &mut gx,
+            );
+            let before = sum;
+            for _ in 0..4 {
+                if let Some(inverse) = scaled_inverse(&xx, damping) {
+                    let step = inverse * &gx;
+                    let old = point.states[k].clone();
+                    for (c, &i) in list.iter().enumerate() {
+                        point.states[k][i] += step[c];
+                    }
+                    let new = self.sum(k, point);
+                    if new < sum {
+                        sum = new;
+                        damping *= 0.1;
+                        break;
+                    }
+                    point.states[k] = old;
+                }
+                damping *= 10.0;
+            }
+            if before - sum < START_TOLERANCE * before {
+                break;
+            }
+        }
+        sum
+    }
+
+    /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once, or
+    /// else the smoothed state in either mode of the contact, the better over the beginning followed to the end.
+    fn find_start(
+        &mut self,
+        k: usize,
+        point: &mut Point,
+        sums: &[f64],
+        good: impl Fn(&Self, usize, f64) -> bool,
+    ) -> (f64, SegmentStart) {
+        let segment = &self.data.segments[k];
+        let mut best = (f64::INFINITY, point.start(k));
+        if k > 0 && self.data.segments[k - 1].run == segment.run && good(self, k - 1, sums[k - 1]) {
+            let _ = self.sum(k - 1, point);
+            if let Ok(start) =
+                self.predictor
+                    .carry_on(segment, &point.shared, &point.per_run[segment.run])
+            {
+                point.put(k, start);
+                let sum = self.fit_start(k, point, &GROWING);
+                best = (sum, point.start(k));
+                if good(self, k, sum) {
+                    return best;
+                }
+            }
+        }
+        let mut smoothed = segment.state.clone();
+        smoothed.resize(point.states[k].len(), 0.0);
+        let (beginning, rest) = GROWING.split_at(BEGINNING);
+        let tried = [!segment.stuck, segment.stuck].map(|stuck| {
+            let state = smoothed.clone();
+            point.put(k, SegmentStart { state, stuck });
+            (self.fit_start(k, point, beginning), point.start(k))
+        });
+        let better = if tried[0].0 < tried[1].0 { 0 } else { 1 };
+        point.put(k, tried[better].1.clone());
+        let sum = self.fit_start(k, point, rest);
+        if sum < best.0 {
+            best = (sum, point.start(k));
+        }
+        best
+    }
+
+    /// Gives segments that fit far worse than the others another start: the end of the segment before, the
+    /// smoothed state, and both with the other mode of the contact.
+    pub(crate) fn reinitialise(&mut self, here: &mut Place) {
+        let Place {
+            point, sums, merit, ..
+        } = here;
+        let merit = *merit;
+        let ratio = |this: &Self, k: usize, sum: f64| {
+            let noise = this.data.noise[this.data.segments[k].run];
+            sum / (this.count(k) * noise * noise)
+        };
+        let mut sorted: Vec<f64> = (0..sums.len()).map(|k| ratio(self, k, sums[k])).collect();
+        sorted.sort_by(f64::total_cmp);
+        // At most the worst third, and only those far above the better half.
+        let limit =
+            (WRONG * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
+        let mut changed = Vec::new();
+        for k in 0..sums.len() {
+            // A segment that was not found is looked for again once the model has become better.
+            let in_vain = merit > FOUND_ANEW * self.lost_at[k];
+            if ratio(self, k, sums[k]) < limit || in_vain {
+                continue;
+            }
+            changed.push(k);
+            let old = (sums[k], point.start(k));
+            let found = self.find_start(k, point, sums, |this, k, sum| ratio(this, k, sum) < limit);
+            let best = if found.0 < old.0 { found } else { old };
+            if ratio(self, k, best.0) >= limit {
+                self.lost_at[k] = merit;
+            }
+            sums[k] = best.0;
+            point.put(k, best.1);
+        }
+        for k in changed {
+            here.residual[k] = self.residual(k, &here.point);
+            here.sums[k] = sum_of_squares(&here.residual[k]);
+        }
+        here.merit = self.trimmed(&here.point, &here.sums);
+    }
+}

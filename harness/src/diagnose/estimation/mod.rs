@@ -1,0 +1,12 @@
+//! The fit of one hypothesis from one start: likelihood, sensitivities, normal equations.
+
+pub mod fit;
+pub mod fit_options;
+pub mod fitter;
+pub mod initial_states;
+pub mod levenberg_marquardt;
+pub mod likelihood;
+pub mod nesting;
+pub mod normal_equations;
+pub mod run_parameters;
+pub mod sensitivities;

@@ -1,0 +1,7 @@
+//! Where a model fails and what that depends on.
+
+pub mod dependence;
+pub mod library_term;
+pub mod proposed_term;
+pub mod replay;
+pub mod residual;

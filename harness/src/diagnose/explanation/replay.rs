@@ -1,0 +1,112 @@
+//! Predictions of segments where a errors left the parameters and start states: for pictures, sample by sample.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::model::hypothesis::{Hypothesis, References};
+use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::validation::segment_errors::SegmentErrors;
+use crate::error::Error;
+use crate::parallel::parallel;
+
+/// The FMU's contact force, where it has one.
+const FORCE: &str = "friction_force";
+
+/// A segment as a model predicts it.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    /// Index of the segment in the problem.
+    pub segment: usize,
+    /// Predicted displacement in m, one per sample; NaN once the prediction was given up.
+    pub displacement: Vec<f64>,
+    /// The model's contact force in N at the same times; NaN where it is not known.
+    pub force: Vec<f64>,
+}
+
+/// Predicts every segment of a errors at every sample.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn replay(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    judgement: &SegmentErrors,
+) -> Result<Vec<Replay>, Error> {
+    let force = problem.fmu.variable(FORCE).ok().map(|v| v.reference);
+    let observed = observing(
+        &problem.references,
+        force.unwrap_or(problem.references.measured),
+    );
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let places: Vec<usize> = (0..judgement.segments.len()).collect();
+    let parts: Vec<&[usize]> = places
+        .chunks(places.len().div_ceil(threads).max(1))
+        .collect();
+    let results = parallel(&parts, |part| {
+        let runs = &problem.campaign.runs;
+        let mut motion = Predictor::new(problem.fmu, &problem.references, runs, hypothesis)?;
+        let mut contact = Predictor::new(problem.fmu, &observed, runs, hypothesis)?;
+        let one = |&i: &usize| {
+            let index = judgement.segments[i];
+            let segment = &problem.segments[index];
+            let displacement = run_segment(&mut motion, segment, judgement, i);
+            // Another output must not be compared with the measured displacement.
+            let free = Segment {
+                measured: vec![f64::NAN; segment.measured.len()],
+                ..segment.clone()
+            };
+            let whole = displacement.last().is_some_and(|d| d.is_finite());
+            let force = if whole && force.is_some() {
+                run_segment(&mut contact, &free, judgement, i)
+            } else {
+                vec![f64::NAN; segment.time.len()]
+            };
+            Replay {
+                segment: index,
+                displacement,
+                force,
+            }
+        };
+        Ok(part.iter().map(one).collect::<Vec<Replay>>())
+    })?;
+    Ok(results.into_iter().flatten().collect())
+}
+
+/// One output over a segment, filled up with NaN where the FMU or the prediction gave up.
+fn run_segment(
+    predictor: &mut Predictor,
+    segment: &Segment,
+    judgement: &SegmentErrors,
+    place: usize,
+) -> Vec<f64> {
+    let point = &judgement.point;
+    let mut out = Vec::with_capacity(segment.time.len());
+    let per_run = &point.per_run[segment.run];
+    // A state that the FMU can't start from leaves the picture empty at this segment.
+    let _ = predictor.predict(
+        segment,
+        &point.shared,
+        per_run,
+        &point.states[place],
+        point.stuck[place],
+        segment.time.len(),
+        1,
+        &mut out,
+    );
+    out.resize(segment.time.len(), f64::NAN);
+    out
+}
+
+/// The same names with another output in the place of the measured displacement.
+fn observing(references: &References, output: u32) -> References {
+    References {
+        inputs: references.inputs,
+        measured: output,
+        contact_mode: references.contact_mode,
+        contact: references.contact,
+        start_effects: references.start_effects,
+        mode_count: references.mode_count,
+        tolerance: references.tolerance,
+        history: references.history,
+        states: references.states.clone(),
+    }
+}

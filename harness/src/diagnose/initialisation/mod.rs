@@ -1,0 +1,11 @@
+//! Where fits start: spectra, grids, score tests, several starts.
+
+pub mod first_fits;
+pub mod force_spectrum;
+pub mod free_characteristic;
+pub mod multistart;
+pub mod response_spectrum;
+pub mod score_test;
+pub mod search_options;
+pub mod starts;
+pub mod wave_fit;

@@ -1,0 +1,219 @@
+//! The fit of one hypothesis from several starts, so that a poor local minimum is not taken for a verdict.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::{Fit, FittedHypothesis};
+use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::estimation::fitter::Fitter;
+use crate::diagnose::estimation::nesting::widen;
+use crate::diagnose::initialisation::first_fits::{FirstFits, keep_better};
+use crate::diagnose::initialisation::search_options::{
+    BRIEF, CLIMB, FIRST_FIT, FIRST_FIT_SHARE, STRONG_PRIOR, SearchOptions,
+};
+use crate::diagnose::initialisation::starts::{start_at_line, starts};
+use crate::diagnose::model::effect_card::Role;
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis, NEARLY_OFF};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::thresholds::FLOOR_MEDIAN;
+use crate::error::Error;
+
+/// Median error over the noise above which a first look is not followed where the model without the effect is down to the
+/// noise.
+const FAR: f64 = 3.0;
+
+/// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
+/// as their parameters allow.
+fn switched_off(
+    problem: &Problem,
+    h: &Hypothesis,
+    base: &FittedHypothesis,
+    segments: &[Segment],
+) -> Point {
+    let mut point = widen(base, h, &Point::centre(h, segments));
+    for choice in h
+        .choices
+        .iter()
+        .filter(|c| !base.hypothesis.choices.contains(c))
+    {
+        let effect = &problem.catalogue[choice.effect];
+        for p in effect
+            .parameters
+            .iter()
+            .filter(|p| p.role == Role::Amplitude)
+        {
+            if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
+                // Quite off it has no derivatives.
+                point.shared[i] = h.shared[i].clamp(NEARLY_OFF * p.typical);
+            }
+        }
+    }
+    point
+}
+
+/// Fits a hypothesis from the fit of a smaller one with the effects that this lacks switched off.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn from_nested(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    base: &FittedHypothesis,
+) -> Result<FittedHypothesis, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let off = switched_off(problem, &hypothesis, base, segments);
+    let as_compared = FitOptions {
+        robust: false,
+        ..FitOptions::search(BRIEF.first_fit)
+    };
+    let fit = Fitter::new(&mut predictor, &hypothesis, &data, as_compared).run(off);
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// Fits a hypothesis from `start`: its start states first, then all.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn settled(
+    problem: &Problem,
+    hypothesis: Hypothesis,
+    segments: &[Segment],
+    start: Point,
+    options: FitOptions,
+) -> Result<FittedHypothesis, Error> {
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, options);
+    let settled = fitter.fit_initial_states(start);
+    let fit = fitter.run(settled.point);
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// Fits the reference model with `known` effects and the last of `choices` newly added.
+///
+/// `base` is the fit without the new effect, on the same segments; the search starts from it with the effect
+/// nearly off, and from the priors with the effect at practical strengths.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn search(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    base: &FittedHypothesis,
+    search: SearchOptions,
+) -> Result<FittedHypothesis, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let new = choices.last().expect("a search adds an effect").effect;
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let starts = starts(
+        problem,
+        &hypothesis,
+        new,
+        base,
+        &data,
+        &mut predictor,
+        search,
+    );
+    let mut first_fits = FirstFits::new(&hypothesis, &data, search);
+    let found = first_fits.of(&mut predictor, starts);
+    // Beside a model that is down to the noise without it an effect can only be weak.
+    let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
+    let is_weak = is_new && base.fit.error_quantile(&data, 0.5) <= FLOOR_MEDIAN;
+    let is_hopeless = |first_fit: &Fit| is_weak && first_fit.error_quantile(&data, 0.5) > FAR;
+    if !first_fits.has_arrived() {
+        let open = found.iter().filter(|first_fit| !is_hopeless(first_fit));
+        for first_fit in open.take(search.followed) {
+            first_fits.follow(&mut predictor, first_fit.point.clone(), base.fit.trimmed);
+        }
+    }
+    let mut best = first_fits.best;
+    let can_be_off = problem.catalogue[new].find_role(Role::Amplitude).is_some();
+    if let (None, Some(first_fit), false) = (&best, found.first(), can_be_off) {
+        // As it stands: there is nothing to return to, and the model without it explains the data.
+        let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, FitOptions::search(0));
+        let fit = fitter.run(first_fit.point.clone());
+        return Ok(FittedHypothesis { hypothesis, fit });
+    }
+    // Never worse than without the effect.
+    if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
+        let off = switched_off(problem, &hypothesis, base, segments);
+        let fit = Fitter::new(
+            &mut predictor,
+            &hypothesis,
+            &data,
+            search.following(search.first_fit),
+        )
+        .run(off);
+        keep_better(&mut best, fit);
+    }
+    let fit = best.expect("there is at least one start");
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// Fits a hypothesis whose last effect is periodic from the fit of another that holds all the others, at the frequency or
+/// wavelength `value` there; `None` where the model shows no response to it.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn at_line(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    lender: &FittedHypothesis,
+    value: f64,
+) -> Result<Option<FittedHypothesis>, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let effect = &problem.catalogue[choices.last().expect("a periodic effect").effect];
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let start = start_at_line(&hypothesis, effect, &data, &mut predictor, lender, value);
+    let Some(start) = start else {
+        return Ok(None);
+    };
+    let fit = Fitter::new(
+        &mut predictor,
+        &hypothesis,
+        &data,
+        FitOptions::search(CLIMB),
+    )
+    .run(start);
+    Ok(Some(FittedHypothesis { hypothesis, fit }))
+}
+
+/// The fit of the reference model itself, held to what is believed of it in the first look and, by `belief`, after.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn baseline(
+    problem: &Problem,
+    segments: &[Segment],
+    belief: f64,
+) -> Result<FittedHypothesis, Error> {
+    let hypothesis = problem.hypothesis(&[])?;
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let start = Point::centre(&hypothesis, segments);
+    let first_fit = FitOptions {
+        share: FIRST_FIT_SHARE,
+        reinitialise: false,
+        belief: STRONG_PRIOR,
+        ..FitOptions::search(FIRST_FIT)
+    };
+    let seen = Fitter::new(&mut predictor, &hypothesis, &data, first_fit).run(start);
+    let mut fitter = Fitter::new(
+        &mut predictor,
+        &hypothesis,
+        &data,
+        FitOptions {
+            belief,
+            ..FitOptions::search(CLIMB)
+        },
+    );
+    let settled = fitter.fit_initial_states(seen.point);
+    let fit = fitter.run(settled.point);
+    Ok(FittedHypothesis { hypothesis, fit })
+}

@@ -1,0 +1,363 @@
+//! Where to look for an effect that repeats in time or along the belt: its frequency or wavelength, and
+//! a phase of its own in each run, by a spectrum of the model's residuals.
+//!
+//! Around the calibrated model the response to a weak effect is linear in `a cos p` and `a sin p`. Within a
+//! segment a small shift of frequency is only a shift of phase, so a coarse grid of simulations gives a
+//! fine spectrum: per run r, `gain(f) = b_r' M_r^-1 b_r / 2` with the segments' normal equations turned by
+//! their phases (a generalised Lomb-Scargle periodogram through the model).
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fitter::directions;
+use crate::diagnose::estimation::normal_equations::scaled_inverse;
+use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::observations::Observations;
+use crate::diagnose::model::periodic::{Argument, Line, argument, periodic};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::predictor::Predictor;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Number of frequencies or wave numbers within the bounds of a periodic effect that a campaign can tell apart: their range
+/// times the length of time or of belt seen.
+pub fn independent_lines(effect: &EffectCard, segments: &[Segment]) -> f64 {
+    let (Some((_, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
+        return 1.0;
+    };
+    let p = &effect.parameters[shape];
+    let width = match argument {
+        Argument::Time => p.max - p.min,
+        Argument::Travel => p.min.recip() - p.max.recip(),
+    };
+    (width * range(segments, argument)).max(1.0)
+}
+
+/// Steps to each side that count as near a line.
+const NEIGHBOURS: f64 = 5.0;
+
+struct SegmentNormal {
+    run: usize,
+    middle: f64,
+    matrix: [[f64; 2]; 2],
+    right: [f64; 2],
+}
+
+/// The strongest lines of a periodic effect around a fitted point, all or those `near` a frequency or wavelength; empty for
+/// other effects.
+#[allow(clippy::too_many_arguments)]
+pub fn lines(
+    predictor: &mut Predictor,
+    h: &Hypothesis,
+    effect: &EffectCard,
+    data: &Observations,
+    point: &Point,
+    stride: usize,
+    most: usize,
+    near: Option<f64>,
+) -> Vec<Line> {
+    let (Some((amplitude, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
+        return Vec::new();
+    };
+    let index = |i: usize| h.shared_index(&format!("{}.{}", effect.id, effect.parameters[i].name));
+    let (Some(a), Some(f)) = (index(amplitude), index(shape)) else {
+        return Vec::new();
+    };
+    let phase = effect
+        .find_role(Role::Phase)
+        .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
+    let Some(p) = h.per_run[0]
+        .iter()
+        .position(|k| Some(&k.name) == phase.as_ref())
+    else {
+        return Vec::new();
+    };
+    let span = |s: &Segment| match argument {
+        Argument::Time => s.time[s.time.len() - 1] - s.time[0],
+        Argument::Travel => (s.travel_end - s.travel).abs(),
+    };
+    let widest = data.segments.iter().map(&span).fold(0.0, f64::max);
+    let whole = range(data.segments, argument);
+    // As frequency or wave number per unit of the argument.
+    let bounds = &effect.parameters[shape];
+    let (low, high) = if argument == Argument::Time {
+        (bounds.min, bounds.max)
+    } else {
+        (bounds.max.recip(), bounds.min.recip())
+    };
+    let coarse = 0.5 / widest;
+    let fine = 0.2 / whole;
+    let (low, high) = match near {
+        None => (low.max(0.3 / whole), high),
+        Some(value) => {
+            let wave = if argument == Argument::Time {
+                value
+            } else {
+                value.recip()
+            };
+            (wave - NEIGHBOURS * fine, wave + NEIGHBOURS * fine)
+        }
+    };
+    let mut probe = point.clone();
+    // Weak enough to be linear.
+    probe.shared[a] = 0.05 * effect.parameters[amplitude].typical;
+    let strength = probe.shared[a];
+    let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.segments.len())
+        .map(|k| baseline(predictor, data, point, a, k, stride))
+        .collect();
+    let states: Vec<Option<DMatrix<f64>>> = (0..data.segments.len())
+        .map(|k| {
+            base[k]
+                .as_ref()
+                .and_then(|(y, _)| projector(predictor, h, data, point, a, k, stride, y))
+        })
+        .collect();
+    let mut found: Vec<Line> = Vec::new();
+    let mut centre = low + 0.5 * coarse;
+    while centre - 0.5 * coarse < high {
+        let value = if argument == Argument::Time {
+            centre
+        } else {
+            centre.recip()
+        };
+        probe.shared[f] = h.shared[f].position(value);
+        let mut normals = Vec::new();
+        for k in 0..data.segments.len() {
+            let (Some((y, residual)), Some(remove)) = (&base[k], &states[k]) else {
+                continue;
+            };
+            let segment = &data.segments[k];
+            let mut columns = Vec::new();
+            for angle in [0.0, -0.25 * TAU] {
+                probe.per_run[segment.run][p] = angle;
+                let mut out = Vec::new();
+                if predictor
+                    .predict(
+                        segment,
+                        &probe.shared,
+                        &probe.per_run[segment.run],
+                        &probe.states[k],
+                        probe.stuck[k],
+                        segment.time.len(),
+                        stride,
+                        &mut out,
+                    )
+                    .is_ok_and(|done| done)
+                {
+                    columns.push(DVector::from_iterator(
+                        y.len(),
+                        out.iter().zip(y).map(|(b, a)| (b - a) / strength),
+                    ));
+                }
+            }
+            if columns.len() < 2 {
+                continue;
+            }
+            let clean: Vec<DVector<f64>> = columns
+                .iter()
+                .map(|c| c - remove * (remove.tr_mul(c)))
+                .collect();
+            let r = DVector::from_column_slice(residual);
+            let r = &r - remove * remove.tr_mul(&r);
+            let noise = data.noise[segment.run];
+            let weight = 1.0 / (noise * noise + r.norm_squared() / r.len() as f64);
+            let middle = match argument {
+                Argument::Time => 0.5 * (segment.time[0] + segment.time[segment.time.len() - 1]),
+                Argument::Travel => 0.5 * (segment.travel + segment.travel_end),
+            };
+            normals.push(SegmentNormal {
+                run: segment.run,
+                middle,
+                matrix: std::array::from_fn(|i| {
+                    std::array::from_fn(|j| weight * clean[i].dot(&clean[j]))
+                }),
+                right: std::array::from_fn(|i| weight * clean[i].dot(&r)),
+            });
+        }
+        let mut shift = -0.5 * coarse;
+        while shift < 0.5 * coarse {
+            let at = centre + shift;
+            if at >= low && at <= high {
+                let (gain, amplitude, phase) = spectrum(&normals, shift, h.per_run.len());
+                let value = if argument == Argument::Time {
+                    at
+                } else {
+                    at.recip()
+                };
+                insert(
+                    &mut found,
+                    Line {
+                        value,
+                        amplitude,
+                        phase,
+                        gain,
+                    },
+                    most,
+                    fine * 3.0,
+                    argument == Argument::Travel,
+                );
+            }
+            shift += fine;
+        }
+        centre += coarse;
+    }
+    found
+}
+
+fn range(segments: &[Segment], argument: Argument) -> f64 {
+    let mut widest: f64 = 0.0;
+    let runs = segments.iter().map(|s| s.run).max().map_or(0, |r| r + 1);
+    for run in 0..runs {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for s in segments.iter().filter(|s| s.run == run) {
+            let (a, b) = if argument == Argument::Time {
+                (s.time[0], s.time[s.time.len() - 1])
+            } else {
+                (s.travel, s.travel_end)
+            };
+            low = low.min(a.min(b));
+            high = high.max(a.max(b));
+        }
+        widest = widest.max(high - low);
+    }
+    widest
+}
+
+/// Prediction and residual without the effect.
+fn baseline(
+    predictor: &mut Predictor,
+    data: &Observations,
+    point: &Point,
+    a: usize,
+    k: usize,
+    stride: usize,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let segment = &data.segments[k];
+    let mut shared = point.shared.clone();
+    shared[a] = 0.0;
+    let mut out = Vec::new();
+    predictor
+        .predict(
+            segment,
+            &shared,
+            &point.per_run[segment.run],
+            &point.states[k],
+            point.stuck[k],
+            segment.time.len(),
+            stride,
+            &mut out,
+        )
+        .ok()
+        .filter(|done| *done)?;
+    let residual = out
+        .iter()
+        .enumerate()
+        .map(|(i, y)| {
+            if segment.trusted[i * stride] {
+                segment.measured[i * stride] - y
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    Some((out, residual))
+}
+
+/// Orthonormal basis of what the start state and a constant offset of friction can explain.
+#[allow(clippy::too_many_arguments)]
+fn projector(
+    predictor: &mut Predictor,
+    h: &Hypothesis,
+    data: &Observations,
+    point: &Point,
+    a: usize,
+    k: usize,
+    stride: usize,
+    y: &[f64],
+) -> Option<DMatrix<f64>> {
+    let segment = &data.segments[k];
+    let list = directions(h, point.stuck[k]);
+    let mut shared = point.shared.clone();
+    shared[a] = 0.0;
+    let mut matrix = DMatrix::zeros(y.len(), list.len());
+    for (c, &i) in list.iter().enumerate() {
+        let mut state = point.states[k].clone();
+        let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
+        state[i] += step;
+        let mut out = Vec::new();
+        predictor
+            .predict(
+                segment,
+                &shared,
+                &point.per_run[segment.run],
+                &state,
+                point.stuck[k],
+                segment.time.len(),
+                stride,
+                &mut out,
+            )
+            .ok()
+            .filter(|done| *done)?;
+        for (row, (b, a)) in out.iter().zip(y).enumerate() {
+            matrix[(row, c)] = (b - a) / step;
+        }
+    }
+    let gram = matrix.tr_mul(&matrix);
+    scaled_inverse(&gram, 1e-9)?;
+    Some(matrix.qr().q())
+}
+
+/// Gain, amplitude and phases at a frequency shifted by `shift` from the grid's.
+fn spectrum(normals: &[SegmentNormal], shift: f64, runs: usize) -> (f64, f64, Vec<f64>) {
+    let mut matrix = vec![[[0.0; 2]; 2]; runs];
+    let mut right = vec![[0.0; 2]; runs];
+    for n in normals {
+        // cos(2 pi (f + d) t + p) = cos(2 pi f t + (2 pi d t + p)): turn the coefficients.
+        let (s, c) = (TAU * shift * n.middle).sin_cos();
+        let turn = [[c, s], [-s, c]];
+        for i in 0..2 {
+            for j in 0..2 {
+                for (k, row) in n.matrix.iter().enumerate() {
+                    for (l, m) in row.iter().enumerate() {
+                        matrix[n.run][i][j] += turn[k][i] * m * turn[l][j];
+                    }
+                }
+            }
+            right[n.run][i] += turn[0][i] * n.right[0] + turn[1][i] * n.right[1];
+        }
+    }
+    let (mut gain, mut weight, mut mean) = (0.0, 0.0, 0.0);
+    let mut phase = vec![0.0; runs];
+    for r in 0..runs {
+        let m = &matrix[r];
+        let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+        if determinant <= 1e-12 * m[0][0] * m[1][1] {
+            continue;
+        }
+        let x = (m[1][1] * right[r][0] - m[0][1] * right[r][1]) / determinant;
+        let y = (m[0][0] * right[r][1] - m[1][0] * right[r][0]) / determinant;
+        gain += 0.5 * (x * right[r][0] + y * right[r][1]);
+        let strength = m[0][0] + m[1][1];
+        weight += strength;
+        mean += strength * x.hypot(y);
+        // a cos(u + p) = (a cos p) cos u + (a sin p) cos(u + pi/2), and the second column has phase -pi/2.
+        phase[r] = (-y).atan2(x);
+    }
+    (gain, if weight > 0.0 { mean / weight } else { 0.0 }, phase)
+}
+
+/// Keeps the strongest lines, at least `apart` from one another.
+fn insert(found: &mut Vec<Line>, line: Line, most: usize, apart: f64, is_length: bool) {
+    let wave = |v: f64| if is_length { v.recip() } else { v };
+    if let Some(near) = found
+        .iter_mut()
+        .find(|l| (wave(l.value) - wave(line.value)).abs() < apart)
+    {
+        if line.gain > near.gain {
+            *near = line;
+        }
+    } else {
+        found.push(line);
+    }
+    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    found.truncate(most);
+}

@@ -1,0 +1,108 @@
+//! How thoroughly a hypothesis is searched.
+
+use crate::diagnose::estimation::fit_options::FitOptions;
+
+/// Jacobians for a first look at a start.
+pub(crate) const FIRST_FIT: usize = 3;
+
+/// Share of each segment for a first look: a short horizon is less easily caught in a local minimum.
+pub(crate) const FIRST_FIT_SHARE: f64 = 0.4;
+
+/// Jacobians for the starts that look best.
+pub(crate) const CLIMB: usize = 10;
+
+/// Starts that are followed to the end.
+const FOLLOWED: usize = 2;
+
+/// How thorough a search is.
+#[derive(Debug, Clone, Copy)]
+pub struct SearchOptions {
+    /// Jacobians for a first look at a start.
+    pub first_fit: usize,
+    /// Share of each segment for it: a short horizon is less easily caught in a local minimum, a long one tells more.
+    pub first_fit_share: f64,
+    /// Starts that are followed to the end.
+    pub followed: usize,
+    /// Jacobians for these.
+    pub climb: usize,
+    /// From which nuisances starts are taken.
+    pub nuisances: Nuisances,
+    /// Whether first looks leave the reference model's common constants where they are.
+    pub fixed_first_fits: bool,
+    /// How firmly the reference model is held to what is believed of it after that.
+    pub belief: f64,
+}
+
+/// Nuisances with which a search starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nuisances {
+    /// The calibrated ones only, with the effect barely on.
+    Calibrated,
+    /// The calibrated ones, and the nominal ones with the effect at practical strength; for periodic effects the nominal ones
+    /// at the strongest lines only.
+    Some,
+    /// Both, for every effect.
+    All,
+}
+
+/// How firmly the reference model's own constants are held while a hypothesis may still lack something. Its residuals
+/// are no noise then: a hundred samples in a row err alike, and counted one by one they would bend frequencies, damping and
+/// friction far beyond what is believed of them, into valleys from which no effect leads out.
+pub const STRONG_PRIOR: f64 = 1000.0;
+
+/// Every start is looked at, the best two are followed to the end.
+pub const THOROUGH: SearchOptions = SearchOptions {
+    first_fit: FIRST_FIT,
+    first_fit_share: FIRST_FIT_SHARE,
+    followed: FOLLOWED,
+    climb: CLIMB,
+    nuisances: Nuisances::All,
+    fixed_first_fits: false,
+    belief: 1.0,
+};
+/// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
+pub const BRIEF: SearchOptions = SearchOptions {
+    first_fit: 2,
+    first_fit_share: FIRST_FIT_SHARE,
+    followed: 1,
+    climb: 5,
+    nuisances: Nuisances::Some,
+    fixed_first_fits: true,
+    belief: 1.0,
+};
+/// For effects of which one alone does not explain the data: the reference model is held to what is believed of it.
+pub const FIXED: SearchOptions = SearchOptions {
+    first_fit_share: 1.0,
+    belief: STRONG_PRIOR,
+    ..BRIEF
+};
+/// For a second effect that may hide behind one that explains the data: near what is known.
+pub const HIDDEN: SearchOptions = SearchOptions {
+    nuisances: Nuisances::Calibrated,
+    fixed_first_fits: false,
+    ..BRIEF
+};
+impl SearchOptions {
+    /// The options of a first look at a start.
+    pub(crate) fn first_fit(self) -> FitOptions {
+        FitOptions {
+            share: self.first_fit_share,
+            reinitialise: false,
+            belief: if self.fixed_first_fits {
+                STRONG_PRIOR
+            } else {
+                1.0
+            },
+            reference: !self.fixed_first_fits,
+            ..FitOptions::search(self.first_fit)
+        }
+    }
+
+    /// The options of a fit that is followed, with so many Jacobians.
+    pub(crate) fn following(self, iterations: usize) -> FitOptions {
+        FitOptions {
+            belief: self.belief,
+            ..FitOptions::search(iterations)
+        }
+    }
+}

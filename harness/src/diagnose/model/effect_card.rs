@@ -1,0 +1,172 @@
+//! The effects that an FMU declares as candidates, read from its vendor annotation.
+
+use crate::error::Error;
+use crate::fmu::Fmu;
+
+/// How a parameter enters, which tells the calibration what to do with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Strength: zero means off.
+    Amplitude,
+    /// A shape constant (time, length, frequency, stiffness).
+    Shape,
+    /// A phase, which differs from run to run.
+    Phase,
+    /// One of many values of a profile along the belt, which differs from run to run.
+    Node,
+    /// A choice or a size that is given, never calibrated.
+    Setting,
+}
+
+/// A parameter of a candidate effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectParameter {
+    /// Name within the effect.
+    pub name: String,
+    /// What it is.
+    pub description: String,
+    /// Value reference in the FMU.
+    pub reference: u32,
+    /// Unit symbol.
+    pub unit: String,
+    /// Value that means off or neutral.
+    pub start: f64,
+    /// A value as met in practice.
+    pub typical: f64,
+    /// Smallest plausible value.
+    pub min: f64,
+    /// Largest plausible value.
+    pub max: f64,
+    /// How it enters.
+    pub role: Role,
+}
+
+/// An extra state of a candidate effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectState {
+    /// Name within the effect.
+    pub name: String,
+    /// Value reference in the FMU.
+    pub reference: u32,
+    /// Typical magnitude.
+    pub nominal: f64,
+}
+
+/// An effect that the FMU offers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectCard {
+    /// Identifier.
+    pub id: String,
+    /// Title in a few words.
+    pub title: String,
+    /// The equation in plain text.
+    pub equation: String,
+    /// What happens physically.
+    pub description: String,
+    /// Author, year, place.
+    pub source: String,
+    /// How it shows in the measured displacement.
+    pub signature: String,
+    /// Effects that look alike and what tells them apart.
+    pub confounders: String,
+    /// Its parameters.
+    pub parameters: Vec<EffectParameter>,
+    /// Its states.
+    pub states: Vec<EffectState>,
+}
+
+impl EffectCard {
+    /// Index of the first parameter with a role.
+    pub fn find_role(&self, role: Role) -> Option<usize> {
+        self.parameters.iter().position(|p| p.role == role)
+    }
+
+    /// How long a search for it takes beside that for others, roughly: what is free in it, and a grid for a frequency.
+    pub fn weight(&self) -> usize {
+        const GRID: usize = 10;
+        let free = self.parameters.iter().filter(|p| p.role != Role::Setting);
+        let grid = if self.resonance().is_some() { GRID } else { 0 };
+        free.count() + self.states.len() + grid
+    }
+
+    /// Index of the natural frequency in Hz, for an effect that has one and no amplitude of its own.
+    pub fn resonance(&self) -> Option<usize> {
+        let of_nothing = |role| self.find_role(role).is_none();
+        let is_frequency = |p: &EffectParameter| p.role == Role::Shape && p.unit == "Hz";
+        (of_nothing(Role::Amplitude) && of_nothing(Role::Phase))
+            .then(|| self.parameters.iter().position(is_frequency))
+            .flatten()
+    }
+}
+
+/// All effects that the FMU declares, in its order.
+///
+/// # Errors
+/// An annotation that can't be read or names variables that the FMU does not have.
+pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
+    let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+        return Ok(Vec::new());
+    };
+    let broken = |problem: String| Error::FmuDescription {
+        path: fmu.path().to_owned(),
+        problem,
+    };
+    let document = roxmltree::Document::parse(xml)
+        .map_err(|e| broken(format!("the list of effects can't be read: {e}")))?;
+    let text =
+        |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap_or_default().to_owned();
+    let number = |node: &roxmltree::Node, name: &str| -> Result<f64, Error> {
+        text(node, name).parse().map_err(|_| {
+            broken(format!(
+                "effect parameter {}: {name} is not a number",
+                text(node, "name")
+            ))
+        })
+    };
+    let mut out = Vec::new();
+    for node in document.descendants().filter(|n| n.has_tag_name("Effect")) {
+        let id = text(&node, "id");
+        let reference = |variable: String| fmu.variable(&variable).map(|v| v.reference);
+        let mut parameters = Vec::new();
+        for p in node.children().filter(|n| n.has_tag_name("Parameter")) {
+            parameters.push(EffectParameter {
+                name: text(&p, "name"),
+                description: text(&p, "description"),
+                reference: reference(format!("{id}.{}", text(&p, "name")))?,
+                unit: text(&p, "unit"),
+                start: number(&p, "start")?,
+                typical: number(&p, "typical")?,
+                min: number(&p, "min")?,
+                max: number(&p, "max")?,
+                role: match text(&p, "role").as_str() {
+                    "amplitude" => Role::Amplitude,
+                    "shape" => Role::Shape,
+                    "phase" => Role::Phase,
+                    "node" => Role::Node,
+                    "setting" => Role::Setting,
+                    other => return Err(broken(format!("effect {id}: unknown role '{other}'"))),
+                },
+            });
+        }
+        let mut states = Vec::new();
+        for s in node.children().filter(|n| n.has_tag_name("State")) {
+            states.push(EffectState {
+                reference: reference(format!("{id}.state.{}", text(&s, "name")))?,
+                name: text(&s, "name"),
+                nominal: number(&s, "nominal")?,
+            });
+        }
+        out.push(EffectCard {
+            title: text(&node, "title"),
+            equation: text(&node, "equation"),
+            description: text(&node, "description"),
+            source: text(&node, "source"),
+            signature: text(&node, "signature"),
+            confounders: text(&node, "confounders"),
+            id,
+            parameters,
+            states,
+        });
+    }
+    Ok(out)
+}

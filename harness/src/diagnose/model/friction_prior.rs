@@ -1,0 +1,105 @@
+//! What to believe of the friction constants before any fit.
+//!
+//! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, friction and
+//! sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
+//! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`] in the median, or
+//! in a straight line through their ratio carried on to rest, the start values are the prior; else the observed coefficient
+//! and sliding speed are, with wide spreads.
+
+use crate::diagnose::data::break_away_events::line;
+use crate::diagnose::data::segment::Smoothing;
+use crate::diagnose::data::slip_samples::slip_of_run;
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::Run;
+use crate::metric::median;
+
+/// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
+const FOREIGN: f64 = 0.25;
+
+/// Standard deviation of the logarithm of a2: friction constants are known to a tenth at best.
+const A2_STD: f64 = 0.1;
+
+/// Centre and standard deviation of a belief; of the logarithm, where the quantity is positive.
+pub type Belief = (f64, f64);
+
+/// Beliefs of the constants of `mu(v) = mu_0 [1 - a1 + a1 exp(-v/v1)] [1 - a2 + a2 exp(-c2 v)]` (Stelter 1992, eq. 7).
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionPrior {
+    /// mu_0 (1).
+    pub mu_0: Belief,
+    /// v1 (m/s).
+    pub v1: Belief,
+    /// c2 (s/m).
+    pub c2: Belief,
+    /// a1 (1).
+    pub a1: Belief,
+    /// a2 (1).
+    pub a2: Belief,
+    /// Friction level of each run (1).
+    pub levels: Vec<Belief>,
+    /// Observed over expected friction, where the surfaces are not those of the start values.
+    pub foreign: Option<f64>,
+}
+
+impl FrictionPrior {
+    /// The beliefs for a campaign's runs.
+    ///
+    /// # Errors
+    /// An FMU without the constants.
+    pub fn new(fmu: &Fmu, runs: &[Run], smoothings: &[Smoothing]) -> Result<Self, Error> {
+        let start = |name: &str| -> Result<f64, Error> {
+            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
+        };
+        let (mu_0, v1, c2) = (
+            start("friction.mu_0")?,
+            start("friction.v1")?,
+            start("friction.c2")?,
+        );
+        let (a1, a2) = (start("friction.a1")?, start("friction.a2")?);
+        let expected =
+            |v: f64| mu_0 * (1.0 - a1 + a1 * (-v / v1).exp()) * (1.0 - a2 + a2 * (-c2 * v).exp());
+        let mut speeds = Vec::new();
+        let mut of_runs = Vec::new();
+        let mut pooled = Vec::new();
+        for (run, smoothing) in runs.iter().zip(smoothings) {
+            let slip = slip_of_run(smoothing, run.belt_velocity);
+            let pairs = slip.iter().map(|s| {
+                let v = s.relative_velocity.abs();
+                (v, s.force.abs() / (run.normal_force * expected(v)))
+            });
+            let pairs: Vec<(f64, f64)> = pairs.filter(|(_, r)| r.is_finite()).collect();
+            let mut ratios: Vec<f64> = pairs.iter().map(|(_, r)| *r).collect();
+            pooled.extend(pairs);
+            of_runs.push(median(&mut ratios));
+            speeds.extend(slip.iter().map(|s| s.relative_velocity.abs()));
+        }
+        let mut seen: Vec<f64> = of_runs.iter().copied().filter(|r| *r > 0.0).collect();
+        let ratio = median(&mut seen);
+        let as_made = Self {
+            mu_0: (mu_0, 0.1),
+            v1: (v1, 0.2),
+            c2: (c2, 0.4),
+            a1: (a1, 0.06),
+            a2: (a2, A2_STD),
+            levels: vec![(1.0, 0.03); runs.len()],
+            foreign: None,
+        };
+        // Friction that rises with the sliding speed is another effect on the same surfaces: at rest the two agree.
+        let is_foreign = |r: f64| r > 0.0 && r.ln().abs() > FOREIGN;
+        if !(is_foreign(ratio) && is_foreign(line(&pooled).0)) {
+            return Ok(as_made);
+        }
+        let typical_speed = median(&mut speeds);
+        let level = |r: f64| if r > 0.0 { r / ratio } else { 1.0 };
+        Ok(Self {
+            mu_0: (mu_0 * ratio, 0.3),
+            v1: (v1.min(typical_speed), 1.0),
+            c2: (c2, 0.4),
+            a1: (a1, 0.3),
+            a2: (a2, A2_STD),
+            levels: of_runs.iter().map(|&r| (level(r), 0.3)).collect(),
+            foreign: Some(ratio),
+        })
+    }
+}

@@ -1,0 +1,387 @@
+//! A hypothesis: the reference model plus some effects, with everything that may be turned.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::model::belt_profile::{Track, add_profile};
+use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
+use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::{BeamKnowledge, Campaign, Run};
+use crate::observer::{Mode, Structure};
+
+/// An effect chosen, with the values of its settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Index in the FMU's list of effects.
+    pub effect: usize,
+    /// Setting values: parameter index and value.
+    pub settings: Vec<(usize, f64)>,
+}
+
+/// Value references of the FMU's variables that every hypothesis needs.
+pub struct References {
+    /// belt_velocity, normal_force.
+    pub inputs: [u32; 2],
+    /// measured_displacement.
+    pub measured: u32,
+    /// contact_mode (an enumeration, 0 = stick).
+    pub contact_mode: u32,
+    /// start.contact (an enumeration).
+    pub contact: u32,
+    /// start.effects (an enumeration).
+    pub start_effects: u32,
+    /// mode_count (an integer).
+    pub mode_count: u32,
+    /// tolerance.
+    pub tolerance: u32,
+    /// belt_travel.start and dwell_time.start.
+    pub history: [u32; 2],
+    /// q[j], q_dot[j] in turn.
+    pub states: Vec<u32>,
+}
+
+impl References {
+    /// Looks the names up.
+    ///
+    /// # Errors
+    /// A variable that the FMU does not have.
+    pub fn new(fmu: &Fmu, modes: usize) -> Result<Self, Error> {
+        let one = |name: &str| fmu.variable(name).map(|v| v.reference);
+        let mut states = Vec::new();
+        for j in 1..=modes {
+            states.push(one(&format!("q[{j}]"))?);
+            states.push(one(&format!("q_dot[{j}]"))?);
+        }
+        Ok(Self {
+            inputs: [one("belt_velocity")?, one("normal_force")?],
+            measured: one("measured_displacement")?,
+            contact_mode: one("contact_mode")?,
+            contact: one("start.contact")?,
+            start_effects: one("start.effects")?,
+            mode_count: one("mode_count")?,
+            tolerance: one("tolerance")?,
+            history: [one("belt_travel.start")?, one("dwell_time.start")?],
+            states,
+        })
+    }
+}
+
+/// The structure as a campaign gives it, with the FMU's start values for what is left out.
+///
+/// # Errors
+/// Modal data that no structure can have.
+pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
+    let start = |name: String| -> Result<f64, Error> {
+        Ok(fmu.variable(&name)?.start_number().unwrap_or(f64::NAN))
+    };
+    let count = if beam.natural_frequencies_hz.is_empty() {
+        start("mode_count".into())? as usize
+    } else {
+        beam.natural_frequencies_hz.len()
+    };
+    let mut modes = Vec::new();
+    for j in 0..count {
+        let of = |list: &[f64], item: &str| match list.get(j) {
+            Some(value) => Ok(*value),
+            None => start(format!("mode[{}].{item}", j + 1)),
+        };
+        modes.push(Mode {
+            frequency_hz: of(&beam.natural_frequencies_hz, "frequency")?,
+            damping_ratio: of(&beam.damping_ratios, "damping_ratio")?,
+            mass_kg: match beam.masses_kg.len() {
+                1 => beam.masses_kg[0],
+                _ => of(&beam.masses_kg, "mass")?,
+            },
+            tip_value: of(&beam.tip_values, "tip_value")?,
+        });
+    }
+    Structure::new(modes).map_err(|source| Error::Observer {
+        run: "[beam]".into(),
+        source,
+    })
+}
+
+/// The reference model with the effects chosen, ready to be fitted to a campaign.
+#[derive(Clone)]
+pub struct Hypothesis {
+    /// Effects that are on.
+    pub choices: Vec<Choice>,
+    /// Parameters common to all runs.
+    pub shared: Vec<Parameter>,
+    /// Parameters of each run on its own.
+    pub per_run: Vec<Vec<Parameter>>,
+    /// Constant parameters: reference and value.
+    pub fixed: Vec<(u32, f64)>,
+    /// Extra states: reference and magnitude.
+    pub extra_states: Vec<(u32, f64)>,
+    /// Whether a law with memory replaces rigid stick.
+    pub has_memory: bool,
+    /// Number of structural modes.
+    pub modes: usize,
+    /// Scales of the modal states, q and q' in turn: 1 and the angular frequency in rad/s.
+    pub state_scales: Vec<f64>,
+    /// Indices of the shared parameters that scale belt velocity and normal force.
+    pub input_scales: [usize; 2],
+}
+
+/// Strength of an effect that is as good as off, as a share of the typical one: far below anything measurable.
+pub(crate) const NEARLY_OFF: f64 = 1e-6;
+
+/// Effects whose friction has a memory of its own: sticking is not rigid then.
+const MEMORY_STATE: &str = "deflection";
+
+impl Hypothesis {
+    /// The reference model with the effects of `choices`.
+    ///
+    /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
+    /// the displacement in m, `belt` the standard deviation of the belief in its belt speeds, as a share.
+    ///
+    /// # Errors
+    /// An FMU without the variables named in the contract.
+    pub fn new(
+        fmu: &Fmu,
+        campaign: &Campaign,
+        catalogue: &[EffectCard],
+        choices: &[Choice],
+        tracks: &[Track],
+        (spread, belt): (f64, f64),
+        friction: &FrictionPrior,
+    ) -> Result<Self, Error> {
+        let structure = structure(fmu, &campaign.beam)?;
+        let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
+        let known = &campaign.uncertainty;
+        let mut shared = Vec::new();
+        let mut fixed = Vec::new();
+        let log = |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| {
+            Parameter {
+                name,
+                unit: unit.to_owned(),
+                kind: Kind::Reference,
+                targets: vec![(reference, 1.0)],
+                scale: Scale::Log,
+                prior: value,
+                prior_std: std,
+                min: value / factor,
+                max: value * factor,
+                step: 0.02 * std,
+                support: None,
+            }
+        };
+        let modes = structure.modes();
+        for (j, mode) in modes.iter().enumerate() {
+            let at = |item: &str| format!("mode[{}].{item}", j + 1);
+            shared.push(log(
+                at("frequency"),
+                "Hz",
+                reference(&at("frequency"))?,
+                mode.frequency_hz,
+                known.natural_frequencies_std,
+                1.06,
+            ));
+            shared.push(log(
+                at("damping_ratio"),
+                "1",
+                reference(&at("damping_ratio"))?,
+                mode.damping_ratio.max(1e-6),
+                0.5,
+                30.0,
+            ));
+            fixed.push((reference(&at("tip_value"))?, mode.tip_value));
+            shared.push(log(
+                at("mass"),
+                "kg",
+                reference(&at("mass"))?,
+                mode.mass_kg,
+                known.participations_std,
+                1.5,
+            ));
+        }
+        let input_scales = [shared.len(), shared.len() + 1];
+        for (name, std) in [
+            ("belt_velocity.scale", belt),
+            ("normal_force.scale", known.normal_force_std),
+        ] {
+            shared.push(Parameter {
+                kind: Kind::Input,
+                targets: Vec::new(),
+                ..log(name.into(), "1", 0, 1.0, std, 1.2)
+            });
+        }
+        for (item, unit, belief, factor) in [
+            ("mu_0", "1", friction.mu_0, 3.0),
+            ("v1", "m/s", friction.v1, 5.0),
+            ("c2", "s/m", friction.c2, 6.0),
+            ("a2", "1", friction.a2, 3.0),
+        ] {
+            let name = format!("friction.{item}");
+            let reference = reference(&name)?;
+            shared.push(log(name, unit, reference, belief.0, belief.1, factor));
+        }
+        shared.push(Parameter {
+            name: "friction.a1".into(),
+            unit: "1".into(),
+            kind: Kind::Reference,
+            targets: vec![(reference("friction.a1")?, 1.0)],
+            scale: Scale::Linear,
+            prior: friction.a1.0,
+            prior_std: friction.a1.1,
+            min: 0.0,
+            max: 0.95,
+            step: 0.002,
+            support: None,
+        });
+        let level_reference = reference("friction.level")?;
+        let level = |belief: Belief| {
+            let name = "friction.level".to_owned();
+            Parameter {
+                kind: Kind::Level,
+                ..log(name, "1", level_reference, belief.0, belief.1, 4.0)
+            }
+        };
+        let offset = Parameter {
+            name: "sensor.offset".into(),
+            unit: "m".into(),
+            kind: Kind::Offset,
+            targets: vec![(reference("sensor.offset")?, 1.0)],
+            scale: Scale::Linear,
+            prior: 0.0,
+            prior_std: 0.02 * spread,
+            min: -10.0 * spread,
+            max: 10.0 * spread,
+            step: 1e-3 * spread,
+            support: None,
+        };
+        let mut per_run: Vec<Vec<Parameter>> = friction
+            .levels
+            .iter()
+            .map(|&belief| vec![level(belief), offset.clone()])
+            .collect();
+        let mut extra_states = Vec::new();
+        let mut has_memory = false;
+        for choice in choices {
+            let effect = &catalogue[choice.effect];
+            has_memory |= effect.states.iter().any(|s| s.name == MEMORY_STATE);
+            extra_states.extend(effect.states.iter().map(|s| (s.reference, s.nominal)));
+            for &(index, value) in &choice.settings {
+                fixed.push((effect.parameters[index].reference, value));
+            }
+            for (index, p) in effect.parameters.iter().enumerate() {
+                if choice.settings.iter().any(|s| s.0 == index) {
+                    continue;
+                }
+                let scale = if p.role == Role::Shape && p.min > 0.0 {
+                    Scale::Log
+                } else {
+                    Scale::Linear
+                };
+                let typical = if scale == Scale::Log {
+                    1.0
+                } else {
+                    p.typical.abs()
+                };
+                let centre = if p.role == Role::Shape {
+                    p.typical
+                } else {
+                    0.0
+                };
+                let parameter = Parameter {
+                    name: format!("{}.{}", effect.id, p.name),
+                    unit: p.unit.clone(),
+                    kind: match p.role {
+                        Role::Amplitude => Kind::Amplitude,
+                        Role::Shape => Kind::Shape,
+                        Role::Phase => Kind::Phase,
+                        Role::Node => Kind::Node,
+                        Role::Setting => Kind::Constant,
+                    },
+                    targets: vec![(p.reference, 1.0)],
+                    scale,
+                    prior: centre,
+                    prior_std: match (p.role, scale) {
+                        (Role::Phase, _) => 100.0,
+                        (_, Scale::Log) => (p.max / p.min).ln(),
+                        (_, Scale::Linear) => 3.0 * p.max.abs().max(p.min.abs()),
+                    },
+                    min: match p.role {
+                        Role::Phase => -1e3,
+                        // Quite off an effect has no derivatives, which would look like certainty.
+                        Role::Amplitude if p.min == 0.0 => NEARLY_OFF * p.typical,
+                        _ => p.min,
+                    },
+                    max: if p.role == Role::Phase { 1e3 } else { p.max },
+                    step: match p.role {
+                        Role::Phase => 0.01,
+                        _ => 0.01 * typical,
+                    },
+                    support: None,
+                };
+                match p.role {
+                    Role::Phase => per_run
+                        .iter_mut()
+                        .for_each(|parameters| parameters.push(parameter.clone())),
+                    Role::Node => {}
+                    Role::Setting => fixed.push((p.reference, p.start)),
+                    Role::Amplitude | Role::Shape => shared.push(parameter),
+                }
+            }
+            add_profile(effect, tracks, &mut per_run)?;
+        }
+        Ok(Self {
+            choices: choices.to_vec(),
+            shared,
+            per_run,
+            fixed,
+            extra_states,
+            has_memory,
+            modes: modes.len(),
+            state_scales: modes
+                .iter()
+                .flat_map(|m| [1.0, std::f64::consts::TAU * m.frequency_hz])
+                .collect(),
+            input_scales,
+        })
+    }
+
+    /// Belt velocity in m/s and normal force in N of a run.
+    pub fn inputs(&self, run: &Run, shared: &[f64]) -> [f64; 2] {
+        let [belt, force] = self.input_scales.map(|i| self.shared[i].value(shared[i]));
+        [belt * run.belt_velocity, force * run.normal_force]
+    }
+
+    /// Distance in m that belt and tip have moved against each other when a segment of a run starts: the belt's part grows with
+    /// its velocity.
+    pub fn travel(&self, run: &Run, segment: &Segment, shared: &[f64]) -> f64 {
+        let elapsed = segment.time[0] - run.time[0];
+        segment.travel + (self.inputs(run, shared)[0] - run.belt_velocity) * elapsed
+    }
+
+    /// Derivatives by the position of shared parameter `c` of all that is set from it in a segment of a run.
+    pub fn changes(
+        &self,
+        references: &References,
+        (run, segment): (&Run, &Segment),
+        c: usize,
+        position: f64,
+    ) -> Vec<(u32, f64)> {
+        let parameter = &self.shared[c];
+        let (slope, [belt, force]) = (parameter.slope(position), references.inputs);
+        if c == self.input_scales[0] {
+            let elapsed = segment.time[0] - run.time[0];
+            let by_speed = slope * run.belt_velocity;
+            vec![
+                (belt, by_speed),
+                (references.history[0], by_speed * elapsed),
+            ]
+        } else if c == self.input_scales[1] {
+            vec![(force, slope * run.normal_force)]
+        } else {
+            parameter.changes(position).collect()
+        }
+    }
+
+    /// Position of the shared parameter with a name.
+    pub fn shared_index(&self, name: &str) -> Option<usize> {
+        self.shared.iter().position(|k| k.name == name)
+    }
+}

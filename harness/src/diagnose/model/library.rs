@@ -1,0 +1,53 @@
+//! Terms beyond the catalogue that are fitted like its effects, to see whether something else explains the data better.
+//!
+//! Each is one file in the form of a user's effect (`terms/`), the simplest of its kind: the next terms of the beam's restoring
+//! force and damping, friction that tells directions apart, stiffness and belt speed that pulsate. None is ever named as an
+//! effect: where one is needed, the effect is none of the catalogue's, and the term is proposed.
+
+use serde::Deserialize;
+
+/// The files.
+pub const FILES: [&str; 10] = [
+    include_str!("library/quadratic_stiffness.toml"),
+    include_str!("library/stop.toml"),
+    include_str!("library/cubic_damping.toml"),
+    include_str!("library/damping_by_deflection.toml"),
+    include_str!("library/dry_damping.toml"),
+    include_str!("library/friction_by_direction.toml"),
+    include_str!("library/friction_by_tip_velocity.toml"),
+    include_str!("library/friction_by_deflection_squared.toml"),
+    include_str!("library/pulsating_stiffness.toml"),
+    include_str!("library/pulsating_belt.toml"),
+];
+
+/// How the identifiers of all of them begin.
+const PREFIX: &str = "term_";
+
+/// Whether an effect is one of them.
+pub fn is_library_effect(id: &str) -> bool {
+    id.starts_with(PREFIX)
+}
+
+/// What a proposal takes from a file.
+#[derive(Deserialize)]
+pub(crate) struct File {
+    pub id: String,
+    pub target: String,
+    pub expression: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_file_has_an_identifier_of_its_own_that_is_known_for_a_term() {
+        let ids: BTreeSet<String> = FILES
+            .iter()
+            .map(|f| toml::from_str::<File>(f).unwrap().id)
+            .collect();
+        assert_eq!(ids.len(), FILES.len());
+        assert!(ids.iter().all(|id| is_library_effect(id)), "{ids:?}");
+    }
+}

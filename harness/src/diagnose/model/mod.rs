@@ -1,0 +1,15 @@
+//! Hypotheses and their parameters, and the simulator that predicts segments.
+
+pub mod belt_profile;
+pub mod effect_card;
+pub mod friction_prior;
+pub mod hypothesis;
+pub mod library;
+pub mod observations;
+pub mod parameter;
+pub mod periodic;
+pub mod point;
+pub mod predictor;
+pub mod problem;
+pub mod variants;
+pub mod white_noise;

@@ -1,0 +1,105 @@
+//! Values of all parameters and start states.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::parameter::Parameter;
+use crate::metric::median;
+
+/// Values of everything that can be turned, and the start states of all segments.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Positions of the shared parameters.
+    pub shared: Vec<f64>,
+    /// Positions of each run's own parameters.
+    pub per_run: Vec<Vec<f64>>,
+    /// Start states of each segment: modal states, then deviations of the effects' states.
+    pub states: Vec<Vec<f64>>,
+    /// Whether each segment starts in stick.
+    pub stuck: Vec<bool>,
+}
+
+/// One thing that can be turned in a segment.
+#[derive(Debug, Clone, Copy)]
+pub enum Turn {
+    /// A component of its start state.
+    State(usize),
+    /// A shared parameter.
+    Shared(usize),
+    /// One of its run's own parameters.
+    PerRun(usize),
+}
+
+/// Where a segment starts, besides its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SegmentStart {
+    /// Modal states, then deviations of the effects' states.
+    pub state: Vec<f64>,
+    /// Whether it starts in stick.
+    pub stuck: bool,
+}
+
+impl Point {
+    /// The priors' centres and the smoothed start states.
+    pub fn centre(hypothesis: &Hypothesis, segments: &[Segment]) -> Self {
+        Self {
+            shared: hypothesis
+                .shared
+                .iter()
+                .map(|k| k.position(k.prior))
+                .collect(),
+            per_run: hypothesis
+                .per_run
+                .iter()
+                .map(|run| run.iter().map(|k| k.position(k.prior)).collect())
+                .collect(),
+            states: segments
+                .iter()
+                .map(|s| {
+                    let mut x = s.state.clone();
+                    x.resize(x.len() + hypothesis.extra_states.len(), 0.0);
+                    x
+                })
+                .collect(),
+            stuck: segments.iter().map(|s| s.stuck).collect(),
+        }
+    }
+
+    /// Gives the runs `to` the median of how far the runs `from` lie from what was believed of them, in what is their own:
+    /// friction level and offset, but not phases and profiles, which have nothing in common.
+    pub fn spread_per_run(&mut self, h: &Hypothesis, from: &[usize], to: &[usize]) {
+        let is_common = |k: &Parameter| k.support.is_none() && k.prior_std > 0.0 && !k.is_phase();
+        let believed = |k: &Parameter| k.position(k.prior);
+        for &run in to {
+            for (i, parameter) in h.per_run[run]
+                .iter()
+                .enumerate()
+                .filter(|(_, k)| is_common(k))
+            {
+                let mut others: Vec<f64> = from
+                    .iter()
+                    .filter_map(|&r| {
+                        let j = h.per_run[r].iter().position(|k| k.name == parameter.name)?;
+                        Some(self.per_run[r][j] - believed(&h.per_run[r][j]))
+                    })
+                    .collect();
+                if !others.is_empty() {
+                    self.per_run[run][i] = believed(parameter) + median(&mut others);
+                }
+            }
+        }
+    }
+
+    /// The start of segment `k`.
+    pub fn start(&self, k: usize) -> SegmentStart {
+        SegmentStart {
+            state: self.states[k].clone(),
+            stuck: self.stuck[k],
+        }
+    }
+
+    /// Sets the start of segment `k`.
+    pub fn put(&mut self, k: usize, start: SegmentStart) {
+        self.states[k] = start.state;
+        self.stuck[k] = start.stuck;
+    }
+}

@@ -1,0 +1,262 @@
+//! Predicts segments with one instance of the FMU.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::model::hypothesis::{Hypothesis, References};
+use crate::diagnose::model::point::{SegmentStart, Turn};
+use crate::error::Error;
+use crate::fmu::{Directions, Fmu, Instance, Tangents};
+use crate::measurement::Run;
+
+/// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
+const TOLERANCE: f64 = 1e-9;
+
+/// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
+const RUNAWAY: f64 = 5.0;
+
+fn reach(displacement: &[f64]) -> f64 {
+    let mean = displacement.iter().sum::<f64>() / displacement.len() as f64;
+    displacement
+        .iter()
+        .map(|d| (d - mean).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Runs segments through the FMU. Belongs to one thread.
+pub struct Predictor<'a> {
+    instance: Instance,
+    references: &'a References,
+    runs: &'a [Run],
+    hypothesis: &'a Hypothesis,
+    /// Gives derivatives along motions, where the FMU offers that.
+    tangents: Option<Tangents>,
+    directions: Directions,
+    names: Vec<u32>,
+    values: Vec<f64>,
+    /// Largest distance from the mean in each run, m.
+    reach: Vec<f64>,
+    /// Time in s at which the last prediction ended.
+    now: f64,
+}
+
+impl<'a> Predictor<'a> {
+    /// A predictor for a hypothesis.
+    ///
+    /// # Errors
+    /// An FMU that refuses to be instantiated.
+    pub fn new(
+        fmu: &Fmu,
+        references: &'a References,
+        runs: &'a [Run],
+        hypothesis: &'a Hypothesis,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            instance: fmu.instantiate("diagnosis")?,
+            references,
+            runs,
+            hypothesis,
+            tangents: fmu.tangents(),
+            directions: Directions::default(),
+            names: Vec::new(),
+            values: Vec::new(),
+            reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
+            now: 0.0,
+        })
+    }
+
+    fn push(&mut self, reference: u32, value: f64) {
+        self.names.push(reference);
+        self.values.push(value);
+    }
+
+    /// Lists the Real variables that a segment starts with.
+    fn gather(&mut self, segment: &Segment, shared: &[f64], per_run: &[f64], state: &[f64]) {
+        let h = self.hypothesis;
+        let r = self.references;
+        let run = &self.runs[segment.run];
+        self.names.clear();
+        self.values.clear();
+        self.push(r.tolerance, TOLERANCE);
+        for (reference, value) in r.inputs.into_iter().zip(h.inputs(run, shared)) {
+            self.push(reference, value);
+        }
+        self.push(r.history[0], h.travel(run, segment, shared));
+        self.push(r.history[1], segment.dwell);
+        for &(reference, value) in &h.fixed {
+            self.push(reference, value);
+        }
+        let parameters = h.shared.iter().zip(shared);
+        for (parameter, &position) in parameters.chain(h.per_run[segment.run].iter().zip(per_run)) {
+            for (reference, value) in parameter.settings(position) {
+                self.push(reference, value);
+            }
+        }
+        let modal = 2 * h.modes;
+        for (&reference, &value) in r.states.iter().zip(&state[..modal]) {
+            self.push(reference, value);
+        }
+        for (&(reference, _), &value) in h.extra_states.iter().zip(&state[modal..]) {
+            self.push(reference, value);
+        }
+    }
+
+    /// The Integer variables that a segment starts with: contact (Stick = 1, Slip = 2), effects (Settled = 1), modes.
+    fn integers(&self, stuck: bool) -> ([u32; 3], [i32; 3]) {
+        let r = self.references;
+        (
+            [r.contact, r.start_effects, r.mode_count],
+            [if stuck { 1 } else { 2 }, 1, self.hypothesis.modes as i32],
+        )
+    }
+
+    /// Puts the FMU at the start of a segment.
+    fn start(
+        &mut self,
+        segment: &Segment,
+        shared: &[f64],
+        per_run: &[f64],
+        state: &[f64],
+        stuck: bool,
+    ) -> Result<(), Error> {
+        self.gather(segment, shared, per_run, state);
+        let (names, values) = self.integers(stuck);
+        self.instance.reset()?;
+        self.instance.set_integer(&names, &values)?;
+        self.instance.set_real(&self.names, &self.values)?;
+        let origin = self.runs[segment.run].time[0];
+        self.instance
+            .initialize(segment.time[0] - origin, None, None)
+    }
+
+    /// Derivatives of the displacement at every `stride`-th of the first times of the segment, `count` of them, by each of
+    /// `turns`, one after another in `slopes`; `false` where the FMU does not offer them or can't follow the motion.
+    #[allow(clippy::too_many_arguments)]
+    pub fn differentiate(
+        &mut self,
+        segment: &Segment,
+        shared: &[f64],
+        per_run: &[f64],
+        state: &[f64],
+        stuck: bool,
+        turns: &[Turn],
+        (count, stride): (usize, usize),
+        slopes: &mut Vec<f64>,
+    ) -> bool {
+        if self.tangents.is_none() || turns.is_empty() {
+            return false;
+        }
+        self.gather(segment, shared, per_run, state);
+        let (h, r) = (self.hypothesis, self.references);
+        self.directions.clear();
+        for &turn in turns {
+            let modal = 2 * h.modes;
+            match turn {
+                Turn::State(i) if i < modal => self.directions.push([(r.states[i], 1.0)]),
+                Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
+                Turn::Shared(c) => {
+                    let of = (&self.runs[segment.run], segment);
+                    self.directions.push(h.changes(r, of, c, shared[c]));
+                }
+                Turn::PerRun(c) => self
+                    .directions
+                    .push(h.per_run[segment.run][c].changes(per_run[c])),
+            }
+        }
+        let origin = self.runs[segment.run].time[0];
+        let times: Vec<f64> = (0..count)
+            .map(|i| segment.time[i * stride] - origin)
+            .collect();
+        let (integers, integer_values) = self.integers(stuck);
+        let mut values = vec![0.0; count];
+        slopes.clear();
+        slopes.resize(count * turns.len(), 0.0);
+        let tangents = self.tangents.as_mut().expect("looked at above");
+        tangents.set((&integers, &integer_values), (&self.names, &self.values))
+            && tangents.evaluate(&times, r.measured, &self.directions, &mut values, slopes)
+    }
+
+    /// Deviation in m from the measurement at which a prediction of run `run` is given up.
+    pub fn limit(&self, run: usize) -> f64 {
+        RUNAWAY * self.reach[run]
+    }
+
+    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the segment;
+    /// `false` if the motion ran away from the measurement and was given up, after the times written.
+    ///
+    /// # Errors
+    /// Values that the FMU refuses, or a motion that it can't follow.
+    #[allow(clippy::too_many_arguments)]
+    pub fn predict(
+        &mut self,
+        segment: &Segment,
+        shared: &[f64],
+        per_run: &[f64],
+        state: &[f64],
+        stuck: bool,
+        used: usize,
+        stride: usize,
+        out: &mut Vec<f64>,
+    ) -> Result<bool, Error> {
+        // Time of the campaign's runs counts from their own first sample.
+        let origin = self.runs[segment.run].time[0];
+        let mut t = segment.time[0] - origin;
+        self.start(segment, shared, per_run, state, stuck)?;
+        let r = self.references;
+        out.clear();
+        let mut y = [0.0];
+        self.instance.get_real(&[r.measured], &mut y)?;
+        out.push(y[0]);
+        let mut k = stride;
+        while k < used {
+            let next = segment.time[k] - origin;
+            self.instance.do_step(t, next - t)?;
+            self.instance.get_real(&[r.measured], &mut y)?;
+            if (y[0] - segment.measured[k]).abs() > self.limit(segment.run) {
+                // A motion that runs away would cost the time of a thousand others.
+                return Ok(false);
+            }
+            out.push(y[0]);
+            t = next;
+            k += stride;
+        }
+        self.now = t;
+        Ok(true)
+    }
+
+    /// Goes on from the end of the segment just predicted to the start of the next one and reads where the
+    /// motion is then.
+    ///
+    /// # Errors
+    /// A motion that the FMU can't follow.
+    pub fn carry_on(
+        &mut self,
+        next: &Segment,
+        shared: &[f64],
+        per_run: &[f64],
+    ) -> Result<SegmentStart, Error> {
+        let t = next.time[0] - self.runs[next.run].time[0];
+        if t > self.now {
+            self.instance.do_step(self.now, t - self.now)?;
+        }
+        let r = self.references;
+        let modal = 2 * self.hypothesis.modes;
+        let mut state = vec![0.0; modal];
+        self.instance.get_real(&r.states, &mut state)?;
+        let mut mode = [0];
+        self.instance.get_integer(&[r.contact_mode], &mut mode)?;
+        let stuck = mode[0] == 0;
+        let extra: Vec<u32> = self.hypothesis.extra_states.iter().map(|s| s.0).collect();
+        let mut values = vec![0.0; extra.len()];
+        self.instance.get_real(&extra, &mut values)?;
+        state.resize(modal + extra.len(), 0.0);
+        if !extra.is_empty() {
+            // Effects' states count from their equilibrium, which the FMU tells when it is started there.
+            self.start(next, shared, per_run, &state, stuck)?;
+            let mut equilibrium = vec![0.0; extra.len()];
+            self.instance.get_real(&extra, &mut equilibrium)?;
+            for (i, (value, rest)) in values.iter().zip(&equilibrium).enumerate() {
+                state[modal + i] = value - rest;
+            }
+        }
+        Ok(SegmentStart { state, stuck })
+    }
+}

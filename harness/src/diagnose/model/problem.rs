@@ -1,0 +1,282 @@
+//! What every stage of a diagnosis shares: the FMU, the campaign, its segments, and what is held out.
+
+use crate::diagnose::data::belt_speed::{BeltScale, belt_scale};
+use crate::diagnose::data::break_away::{BreakAways, place_is_told, predict};
+use crate::diagnose::data::break_away_events::{Event, events};
+use crate::diagnose::data::hold_out::HoldOut;
+use crate::diagnose::data::place_map::PlaceMap;
+use crate::diagnose::data::segment::{Segment, Smoothing, cut, smooth_run, thin};
+use crate::diagnose::model::belt_profile::Track;
+use crate::diagnose::model::effect_card::{EffectCard, candidates};
+use crate::diagnose::model::friction_prior::FrictionPrior;
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structure};
+use crate::diagnose::model::observations::Observations;
+use crate::diagnose::model::periodic::Spectra;
+use crate::diagnose::model::predictor::Predictor;
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::{Campaign, of_one_sensor};
+use crate::metric::standard_deviation;
+use crate::parallel::parallel;
+
+/// Shortest horizon of a prediction in s.
+pub const HORIZON: f64 = 0.02;
+
+/// Segments of a run that are used at most: a second of the default case.
+const MOST_SEGMENTS: usize = 40;
+
+/// Neighbouring segments that are taken together where not all are.
+const GROUP: usize = 4;
+
+/// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
+const ALIKE: f64 = 100.0;
+
+/// A diagnosis in progress.
+pub struct Problem<'a> {
+    /// The model.
+    pub fmu: &'a Fmu,
+    /// The measurements, with the belt speeds that their stick phases show.
+    pub campaign: Campaign,
+    /// Factor from the stated belt speeds to these.
+    pub belt_scale: BeltScale,
+    /// Effects that the model offers.
+    pub catalogue: Vec<EffectCard>,
+    /// Names looked up.
+    pub references: References,
+    /// Each run's motion and force, estimated without a friction law.
+    pub smoothings: Vec<Smoothing>,
+    /// What predicts the break-aways of each run.
+    pub break_aways: Vec<BreakAways>,
+    /// All segments, run after run.
+    pub segments: Vec<Segment>,
+    /// Sensor noise of each run in m.
+    pub noise: Vec<f64>,
+    /// Noise of each run in m that fits count with: the sensor's, or more where friction scatters.
+    fit_noise: Vec<f64>,
+    /// Standard deviation of each run's displacement in m.
+    pub spread: Vec<f64>,
+    /// What each run passes of the belt.
+    pub tracks: Vec<Track>,
+    /// Whether a run is kept out of the fit.
+    pub held_out: Vec<bool>,
+    /// Horizon of a prediction in s.
+    pub horizon: f64,
+    /// What is believed of the friction constants before any fit.
+    pub friction: FrictionPrior,
+    /// Spectra of the smoothed force that were asked for.
+    pub spectra: Spectra,
+}
+
+impl<'a> Problem<'a> {
+    /// Smooths the runs, cuts them into segments and decides what is held out.
+    ///
+    /// # Errors
+    /// A campaign that the observer refuses, or an FMU without the variables needed.
+    pub fn new(fmu: &'a Fmu, campaign: &Campaign) -> Result<Self, Error> {
+        Self::holding_out(fmu, campaign, HoldOut::Middle)
+    }
+
+    /// The same, where the user says what is held out.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
+        let structure = structure(fmu, &campaign.beam)?;
+        let references = References::new(fmu, structure.modes().len())?;
+        let belt_scale = belt_scale(
+            &campaign.runs,
+            &structure,
+            campaign.uncertainty.belt_velocity_std,
+        )?;
+        let mut campaign = campaign.clone();
+        for run in &mut campaign.runs {
+            run.belt_velocity *= belt_scale.value;
+        }
+        let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
+        let shortest = smoothings
+            .iter()
+            .map(|s| s.cycle)
+            .filter(|c| c.is_finite())
+            .fold(f64::INFINITY, f64::min);
+        let shortest = if shortest.is_finite() { shortest } else { 0.0 };
+        let lowest = structure
+            .modes()
+            .iter()
+            .map(|m| m.frequency_hz)
+            .fold(f64::INFINITY, f64::min);
+        let horizon = HORIZON.max(1.6 / lowest).max(0.6 * shortest);
+        let mut segments = Vec::new();
+        for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
+            let of_run = cut(index, run, smoothing, horizon);
+            segments.extend(thin(of_run, smoothing, MOST_SEGMENTS, GROUP));
+        }
+        let events: Vec<Vec<Event>> = campaign
+            .runs
+            .iter()
+            .zip(&smoothings)
+            .map(|(run, smoothing)| events(run, smoothing))
+            .collect();
+        let break_aways: Vec<BreakAways> = campaign
+            .runs
+            .iter()
+            .zip(&events)
+            .map(|(run, events)| predict(&run.name, events))
+            .collect();
+        let place_is_told = place_is_told(&break_aways);
+        let tracks = (0..campaign.runs.len())
+            .map(|r| {
+                let of_run = || segments.iter().filter(|s| s.run == r);
+                let low = of_run()
+                    .map(|s| s.travel.min(s.travel_end))
+                    .fold(f64::INFINITY, f64::min);
+                let high = of_run()
+                    .map(|s| s.travel.max(s.travel_end))
+                    .fold(f64::NEG_INFINITY, f64::max);
+                let (low, high) = if low.is_finite() {
+                    (low, high)
+                } else {
+                    (0.0, 1.0)
+                };
+                Track {
+                    low,
+                    high,
+                    map: PlaceMap::new(&events[r], &break_aways[r]),
+                    place_is_told,
+                }
+            })
+            .collect();
+        let estimates: Vec<f64> = campaign
+            .runs
+            .iter()
+            .map(|r| r.noise.std.max(1e-12))
+            .collect();
+        let noise = of_one_sensor(&estimates);
+        let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
+        let problem = Self {
+            catalogue: candidates(fmu)?,
+            references,
+            fit_noise: noise.iter().map(|n| n * roughness).collect(),
+            noise,
+            spread: campaign
+                .runs
+                .iter()
+                .map(|r| standard_deviation(&r.displacement))
+                .collect(),
+            held_out: rule.of(&campaign),
+            friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
+            spectra: Spectra::default(),
+            break_aways,
+            smoothings,
+            segments,
+            tracks,
+            horizon,
+            fmu,
+            campaign,
+            belt_scale,
+        };
+        problem.has_segments()?;
+        Ok(problem)
+    }
+
+    /// Whether there are segments to learn from and segments to judge on; no fit can do without.
+    fn has_segments(&self) -> Result<(), Error> {
+        let campaign = &self.campaign.folder;
+        if self.held_out.iter().all(|h| *h) {
+            return Err(Error::NothingToFit {
+                campaign: campaign.clone(),
+            });
+        }
+        let too_short = |of: &'static str, segments: usize| Error::RunsTooShort {
+            campaign: campaign.clone(),
+            of,
+            segments,
+            // A segment, its search for a place to begin, and the margin before the first.
+            needed: 1.25 * self.horizon * segments as f64,
+        };
+        if self.fit_segments(1).is_empty() {
+            return Err(too_short("learn from", 1));
+        }
+        // Of a run that is judged the first segment teaches what is its own, the second is judged; where none is held out,
+        // all are.
+        let is_judged = |run: &usize| self.held_out[*run] || !self.held_out.contains(&true);
+        let segments_of = |run: usize| self.segments.iter().filter(|s| s.run == run).count();
+        let mut judged = (0..self.held_out.len()).filter(is_judged);
+        if !judged.any(|run| segments_of(run) > 1) {
+            return Err(too_short("judge on", 2));
+        }
+        Ok(())
+    }
+
+    /// Number of runs that are fitted.
+    pub fn fitted_runs(&self) -> usize {
+        self.held_out.iter().filter(|out| !**out).count()
+    }
+
+    /// Belt speed of a run in m/s as the campaign states it.
+    pub fn stated_belt_velocity(&self, run: usize) -> f64 {
+        self.campaign.runs[run].belt_velocity / self.belt_scale.value
+    }
+
+    /// Mean standard deviation of the displacement over the runs, in m.
+    pub fn mean_spread(&self) -> f64 {
+        self.spread.iter().sum::<f64>() / self.spread.len() as f64
+    }
+
+    /// Makes fits count with the sensor's noise, as they may where a model explains the data.
+    pub fn trust_sensor(&mut self) {
+        self.fit_noise.clone_from(&self.noise);
+    }
+
+    /// Whether the break-aways tell that friction depends on the place.
+    pub fn place_is_told(&self) -> bool {
+        self.tracks.iter().any(|t| t.place_is_told)
+    }
+
+    /// The reference model with some effects.
+    ///
+    /// # Errors
+    /// See [`Hypothesis::new`].
+    pub fn hypothesis(&self, choices: &[Choice]) -> Result<Hypothesis, Error> {
+        Hypothesis::new(
+            self.fmu,
+            &self.campaign,
+            &self.catalogue,
+            choices,
+            &self.tracks,
+            (self.mean_spread(), self.belt_scale.std),
+            &self.friction,
+        )
+    }
+
+    /// Segments with the noise of their runs, to be fitted.
+    pub fn data<'b>(&'b self, segments: &'b [Segment]) -> Observations<'b> {
+        Observations {
+            segments,
+            noise: &self.fit_noise,
+        }
+    }
+
+    /// A predictor of this campaign's runs.
+    ///
+    /// # Errors
+    /// An FMU that can't be instantiated.
+    pub fn predictor<'b>(&'b self, hypothesis: &'b Hypothesis) -> Result<Predictor<'b>, Error> {
+        Predictor::new(self.fmu, &self.references, &self.campaign.runs, hypothesis)
+    }
+
+    /// Copies of the segments with these indices.
+    pub fn copies(&self, indices: &[usize]) -> Vec<Segment> {
+        indices.iter().map(|&k| self.segments[k].clone()).collect()
+    }
+
+    /// Segments of the runs that are fitted; with `every` > 1, groups of neighbours taken evenly,
+    /// so that a start can be taken from the end of the segment before.
+    pub fn fit_segments(&self, every: usize) -> Vec<usize> {
+        (0..self.segments.len())
+            .filter(|&k| !self.held_out[self.segments[k].run])
+            .enumerate()
+            .filter(|(i, _)| (i / GROUP).is_multiple_of(every))
+            .map(|(_, k)| k)
+            .collect()
+    }
+}

@@ -1,0 +1,53 @@
+//! The ways in which an effect of the model can be chosen.
+
+use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::library::is_library_effect;
+use crate::diagnose::model::problem::Problem;
+
+/// Ways to choose an effect: one for each value of its settings that are switches.
+pub fn variants(problem: &Problem, effect: usize) -> Vec<Choice> {
+    let card = &problem.catalogue[effect];
+    let is_profile = card.parameters.iter().any(|p| p.role == Role::Node);
+    let switch = card
+        .parameters
+        .iter()
+        .position(|p| p.role == Role::Setting && p.min == 0.0 && p.max == 1.0);
+    match switch {
+        Some(index) if !is_profile => (0..2)
+            .map(|v| Choice {
+                effect,
+                settings: vec![(index, f64::from(v))],
+            })
+            .collect(),
+        _ => vec![Choice {
+            effect,
+            settings: Vec::new(),
+        }],
+    }
+}
+
+/// All ways to choose one effect of the catalogue.
+pub fn all_variants(problem: &Problem) -> Vec<Choice> {
+    variants_of(problem, |effect| !is_library_effect(&effect.id))
+}
+
+/// All ways to choose one of the effects `wanted`.
+pub fn variants_of(problem: &Problem, wanted: impl Fn(&EffectCard) -> bool) -> Vec<Choice> {
+    (0..problem.catalogue.len())
+        .filter(|&effect| wanted(&problem.catalogue[effect]))
+        .flat_map(|effect| variants(problem, effect))
+        .collect()
+}
+
+/// All of them, where the problem's FMU has them.
+pub fn library(problem: &Problem) -> Vec<Choice> {
+    variants_of(problem, |effect| is_library_effect(&effect.id))
+}
+
+/// Those without a phase.
+pub fn smooth_library(problem: &Problem) -> Vec<Choice> {
+    variants_of(problem, |effect| {
+        is_library_effect(&effect.id) && effect.find_role(Role::Phase).is_none()
+    })
+}

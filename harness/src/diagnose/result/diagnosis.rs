@@ -1,0 +1,182 @@
+//! What a diagnosis finds, in the form of diagnosis.json.
+
+use crate::diagnose::explanation::proposed_term::ProposedTerm;
+use crate::diagnose::selection::next_measurement::NextMeasurement;
+use crate::diagnose::validation::estimate::Estimate;
+use crate::diagnose::validation::forecast::Forecast;
+use crate::diagnose::validation::identifiability::Undetermined;
+use crate::metric::half_width;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// One or more effects of the catalogue explain the data.
+    EffectFound,
+    /// The calibrated model explains the data already.
+    NoMissingEffect,
+    /// Significant misfit remains that no effect of the catalogue removes, or none of those tried by hand.
+    UnknownEffect,
+}
+
+impl Estimate {
+    /// Half the width of the 95 % interval, which people are shown after "+-" or "±" everywhere; `None` for a value that was
+    /// not fitted or whose spread is unknown.
+    pub fn half_width(&self) -> Option<f64> {
+        let half = half_width(self.std);
+        (half > 0.0 && half.is_finite()).then_some(half)
+    }
+}
+
+/// Why an effect is believed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Evidence {
+    /// Error kept out of the fit before the effect was added.
+    pub holdout_nrmse_before: f64,
+    /// The same after.
+    pub holdout_nrmse_after: f64,
+    /// Fall of the objective (natural logarithm of the likelihood) through the effect.
+    pub gain: f64,
+    /// Fall below which a gain counts as chance.
+    pub threshold: f64,
+    /// Probability of such a gain by chance, where campaigns without the effect were simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p_value: Option<f64>,
+    /// Root of the median mean square error over the noise after the effect: 1 is the floor.
+    pub floor_ratio: f64,
+    /// Where the effect is believed for what the break-aways tell, though the errors do not come down to the noise: for each
+    /// run the fall of the error of predicting each break-away from the others by its place (NaN where they are too few).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub break_away_falls: Vec<f64>,
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, Serialize)]
+pub struct FoundEffect {
+    /// Identifier.
+    pub id: String,
+    /// Parameters common to all runs.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Values that differ from run to run, run by run.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub own_parameters: BTreeMap<String, Vec<f64>>,
+    /// Why it is believed.
+    pub evidence: Evidence,
+    /// Effects that these data can't tell from it.
+    pub confounded_with: Vec<String>,
+    /// Parameters in other forms of the same effect that explain the data as well.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub other_forms: Vec<BTreeMap<String, f64>>,
+}
+
+/// One rung of the error ladder.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rung {
+    /// `as given`, `calibrated`, `+ <id>`.
+    pub step: String,
+    /// Error on the runs fitted.
+    pub fit_nrmse: f64,
+    /// Error on the runs kept out.
+    pub holdout_nrmse: f64,
+    /// Median error on the runs kept out over the noise.
+    pub holdout_over_noise: f64,
+    /// Error of one-cycle forecasts of the runs kept out (see [`Forecast`]); `None` where none is kept out.
+    pub forecast_nrmse: Option<f64>,
+    /// Mean time in s for which the free motion predicted stays near the measured one; likewise.
+    pub valid_time_s: Option<f64>,
+    /// The forecasts that these come from.
+    #[serde(skip)]
+    pub forecasts: Vec<Forecast>,
+    /// Error of each run, held-out error where it is kept out.
+    pub by_run: Vec<f64>,
+}
+
+/// A candidate's standing.
+#[derive(Debug, Clone, Serialize)]
+pub struct Standing {
+    /// Identifier (with its form, where it has several).
+    pub id: String,
+    /// Error kept out of the fit, where it was worked out.
+    pub holdout_nrmse: f64,
+    /// Posterior probability, among all hypotheses compared.
+    pub probability: f64,
+    /// Gain in evidence over the calibrated model on the data compared, nats.
+    pub score: f64,
+    /// Fall of the negative logarithm of likelihood and prior below the calibrated model's, nats, without a price on
+    /// parameters. Never negative for an effect that an amplitude switches off.
+    pub misfit_fall: f64,
+    /// Median error over the noise on the runs fitted.
+    pub fit_over_noise: f64,
+    /// Number of values that were free in it, those of the runs included, start states not.
+    pub free_values: usize,
+    /// Found parameter values.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// The whole diagnosis.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Posterior probability of the verdict: of the effects named, in whatever form, or of nothing missing; where the verdict
+    /// is that something unknown is, of that. `None` where effects were named by hand and nothing was compared.
+    pub verdict_probability: Option<f64>,
+    /// The effects in the order in which they were added.
+    pub effects: Vec<FoundEffect>,
+    /// Forecasts of the runs kept out by the model that the diagnosis ends with.
+    pub forecast: Vec<Forecast>,
+    /// The falling error.
+    pub error_ladder: Vec<Rung>,
+    /// Sensor noise in m.
+    pub noise_std_m: f64,
+    /// All candidates, best first.
+    pub candidates: Vec<Standing>,
+    /// Where the calibrated model fails.
+    pub residual: serde_json::Value,
+    /// Terms proposed where something outside the catalogue is missing; they stand in `residual`.
+    #[serde(skip)]
+    pub proposed_terms: Vec<ProposedTerm>,
+    /// What to measure next.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_measurement: Option<NextMeasurement>,
+    /// What was found and how sure it is, in plain words.
+    pub summary: String,
+    /// Remarks on the data: what can't be told, and why.
+    pub remarks: Vec<String>,
+    /// Calibrated parameters of the model.
+    pub calibrated: BTreeMap<String, Estimate>,
+    /// By which factors belt velocities and normal forces are off from what the campaign states.
+    pub inputs: BTreeMap<String, Estimate>,
+    /// What the data cannot separate.
+    pub identifiability: Vec<Undetermined>,
+    /// For the calibrated model and each effect added: power of the residuals at low frequencies over that at high ones.
+    /// Noise alone gives somewhat less than 1.
+    #[serde(rename = "residual_colour")]
+    pub residual_spectral_ratio: Vec<f64>,
+    /// Largest gains of all candidates in simulated campaigns without the effect, for each step; empty unless asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gains_by_chance: Vec<Vec<f64>>,
+    /// The structure as far as it was taken as known, by FMU variable: number of modes, tip values, and the modal masses
+    /// that follow from the calibrated one.
+    pub structure: BTreeMap<String, f64>,
+    /// Friction level and sensor offset of each run.
+    pub runs: Vec<RunValues>,
+}
+
+/// What belongs to one run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunValues {
+    /// File name.
+    pub name: String,
+    /// Belt velocity in m/s.
+    pub belt_velocity_m_per_s: f64,
+    /// Normal force in N.
+    pub normal_force_n: f64,
+    /// Whether it was kept out of the fit.
+    pub held_out: bool,
+    /// Values of its own, by name.
+    #[serde(rename = "own")]
+    pub per_run: BTreeMap<String, f64>,
+}

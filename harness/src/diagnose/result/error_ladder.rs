@@ -1,0 +1,90 @@
+//! The steps of the error ladder: the calibrated model and the path of a selection, fitted to all data and judged.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit_options::Care;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::full_refit;
+use crate::diagnose::selection::stages::Selection;
+use crate::diagnose::validation::segment_errors::SegmentErrors;
+use crate::diagnose::validation::{residual_whiteness, segment_errors};
+use crate::error::Error;
+
+/// One step of the ladder, fitted on all segments: the calibrated model, then one effect more each time.
+pub struct Step {
+    /// Hypothesis and fit.
+    pub fitted: FittedHypothesis,
+    /// On the runs fitted.
+    pub fit: SegmentErrors,
+    /// On what was kept out.
+    pub holdout: SegmentErrors,
+    /// How far from white the residuals of the fit are; below 1 for noise alone.
+    pub spectral_ratio: f64,
+}
+
+impl Step {
+    /// Judges a fit that was fitted to `segments`, which stand at `all` in the problem's list.
+    pub(crate) fn new(
+        problem: &Problem,
+        fitted: FittedHypothesis,
+        all: &[usize],
+        segments: &[Segment],
+    ) -> Result<Step, Error> {
+        Ok(Step {
+            fit: segment_errors::of_fit(problem, all, &fitted.fit),
+            holdout: segment_errors::held_out(problem, &fitted, Care::Thorough)?,
+            spectral_ratio: residual_whiteness::spectral_ratio(problem, segments, &fitted)?,
+            fitted,
+        })
+    }
+
+    /// Judges once more from what a smaller model found of the runs kept out, if that predicts them better: what is their
+    /// own, a friction level above all, may have been looked for in vain.
+    fn rejudge(&mut self, problem: &Problem, smaller: &Step) -> Result<(), Error> {
+        if self.holdout.quantile(0.5) > smaller.holdout.quantile(0.5) {
+            let known = Some((&smaller.fitted.hypothesis, &smaller.holdout));
+            let again =
+                segment_errors::held_out_from(problem, &self.fitted, Care::Thorough, known)?;
+            if again.quantile(0.5) < self.holdout.quantile(0.5) {
+                self.holdout = again;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the parameters stand for a run: as fitted, or as learned on a run that was kept out.
+    pub fn point(&self, problem: &Problem, run: usize) -> &Point {
+        if problem.held_out[run] {
+            &self.holdout.point
+        } else {
+            &self.fitted.fit.point
+        }
+    }
+}
+
+/// Refits the calibrated model and the path on all segments of the runs fitted and judges them.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn climb(problem: &Problem, selection: &Selection) -> Result<Vec<Step>, Error> {
+    let steps: Vec<&FittedModel> = std::iter::once(selection.calibration())
+        .chain(&selection.path)
+        .collect();
+    let all = problem.fit_segments(1);
+    let segments = problem.copies(&all);
+    let mut steps = crate::parallel::parallel(&steps, |model| {
+        let fitted = match &model.full_refit {
+            // Nothing can have changed since: where friction scatters, no model is looked at as a whole before.
+            Some(fitted) => fitted.clone(),
+            None => full_refit::refit(problem, model, &all, &segments)?,
+        };
+        Step::new(problem, fitted, &all, &segments)
+    })?;
+    for i in 1..steps.len() {
+        let (below, above) = steps.split_at_mut(i);
+        above[0].rejudge(problem, &below[i - 1])?;
+    }
+    Ok(steps)
+}

@@ -1,0 +1,126 @@
+//! What a model that was found has of its own in each run, in the FMU's own variables, so that it can be run again without
+//! the diagnosis: the run's parameters, and the start states of the pieces on which its error was judged.
+
+use crate::diagnose::model::parameter::Parameter;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::error_ladder::Step;
+
+/// One run of a campaign as a model was fitted to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSet {
+    /// The run's name.
+    pub run: String,
+    /// FMU variable and value: inputs, structure, friction, effects, and what is the run's own.
+    pub parameters: Vec<(String, f64)>,
+    /// FMU variables that every piece starts with.
+    pub start_names: Vec<String>,
+    /// The pieces, in the order of time.
+    pub pieces: Vec<Piece>,
+}
+
+/// A piece of a run that is predicted from a start state of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// Time in s of its first sample since the run's first one.
+    pub start: f64,
+    /// The same of its last sample.
+    pub end: f64,
+    /// Measured displacement in m at its start, by which the record is known again.
+    pub measured: f64,
+    /// Values of the variables that it starts with.
+    pub values: Vec<f64>,
+}
+
+/// What a step of the ladder has of its own in each run. The pieces of a run are those of the error in the ladder: all of them
+/// where it was fitted, and those judged where it was kept out.
+pub fn run_sets(problem: &Problem, step: &Step) -> Vec<RunSet> {
+    (0..problem.campaign.runs.len())
+        .map(|run| run_set(problem, step, run))
+        .collect()
+}
+
+fn run_set(problem: &Problem, step: &Step, run: usize) -> RunSet {
+    let is_judged = step.holdout.by_run[run].is_finite();
+    let judgement = if is_judged { &step.holdout } else { &step.fit };
+    let of_run = judgement.segments.iter().enumerate();
+    let of_run = of_run.filter(|(_, k)| problem.segments[**k].run == run);
+    let mut pieces: Vec<Piece> = of_run
+        .map(|(place, &k)| piece(problem, step, &judgement.point, place, k))
+        .collect();
+    pieces.sort_by(|a, b| a.start.total_cmp(&b.start));
+    RunSet {
+        run: problem.campaign.runs[run].name.clone(),
+        parameters: parameters(problem, step, &judgement.point, run),
+        start_names: start_names(problem, step),
+        pieces,
+    }
+}
+
+/// Everything that the FMU is given before each piece of a run, by name.
+fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
+    let h = &step.fitted.hypothesis;
+    let inputs = h.inputs(&problem.campaign.runs[run], &point.shared);
+    let mut out: Vec<(u32, f64)> = problem.references.inputs.into_iter().zip(inputs).collect();
+    out.extend(&h.fixed);
+    let shared = h.shared.iter().zip(&point.shared);
+    let per_run = h.per_run[run].iter().zip(&point.per_run[run]);
+    let settings = |(parameter, position): (&Parameter, &f64)| -> Vec<(u32, f64)> {
+        parameter.settings(*position).collect()
+    };
+    out.extend(shared.chain(per_run).flat_map(settings));
+    let reals = out
+        .into_iter()
+        .map(|(reference, value)| (real_name(problem, reference), value));
+    std::iter::once(("mode_count".to_owned(), h.modes as f64))
+        .chain(reals)
+        .collect()
+}
+
+/// How a start is given besides its state, as [`crate::diagnose::model::predictor::Predictor`] gives it.
+const HOW: [&str; 4] = [
+    "start.contact",
+    "start.effects",
+    "belt_travel.start",
+    "dwell_time.start",
+];
+/// Values of `start.contact`.
+const STICK: f64 = 1.0;
+const SLIP: f64 = 2.0;
+/// Value of `start.effects`: effects' states count from where they fit_initial_states.
+const SETTLED: f64 = 1.0;
+
+fn start_names(problem: &Problem, step: &Step) -> Vec<String> {
+    let states = problem.references.states.iter().copied();
+    let extra = step.fitted.hypothesis.extra_states.iter().map(|s| s.0);
+    let states = states.chain(extra).map(|s| real_name(problem, s));
+    HOW.map(str::to_owned).into_iter().chain(states).collect()
+}
+
+fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) -> Piece {
+    let segment = &problem.segments[k];
+    let origin = problem.campaign.runs[segment.run].time[0];
+    let contact = if point.stuck[place] { STICK } else { SLIP };
+    let h = &step.fitted.hypothesis;
+    let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
+    let how = [contact, SETTLED, travel, segment.dwell];
+    Piece {
+        start: segment.time[0] - origin,
+        end: segment.time[segment.time.len() - 1] - origin,
+        measured: segment.measured[0],
+        values: how.into_iter().chain(point.states[place].clone()).collect(),
+    }
+}
+
+/// Name of the Real variable with a value reference.
+fn real_name(problem: &Problem, reference: u32) -> String {
+    use crate::fmu::Kind;
+    let variables = &problem.fmu.description().variables;
+    let is_it = |v: &&crate::fmu::Variable| v.kind == Kind::Real && v.reference == reference;
+    let mut found = variables.iter().filter(is_it);
+    found
+        .next()
+        .expect("the reference was looked up by a name")
+        .name
+        .clone()
+}

@@ -1,0 +1,348 @@
+//! A diagnosis in words: the summary, and remarks on the data.
+
+use crate::diagnose::data::break_away::BreakAways;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::explanation::proposed_term::ProposedTerm;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
+use crate::diagnose::selection::stages::{Beyond, Selection};
+use crate::diagnose::selection::ties::others;
+use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
+use crate::diagnose::validation::estimate::Estimate;
+use crate::diagnose::validation::prior_conflict::PriorConflict;
+
+/// What the data can't tell and why, values on their bounds, and whether the search was stopped.
+pub(crate) fn remarks(
+    problem: &Problem,
+    fitted: &FittedHypothesis,
+    selection: &Selection,
+    effects: &[FoundEffect],
+) -> Vec<String> {
+    let mut out = Vec::new();
+    let runs = &problem.campaign.runs;
+    if !problem.held_out.iter().any(|h| *h) {
+        out.push(format!(
+            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail at another belt speed or load can't be told. Measure at least 3 operating points.",
+            runs.len()
+        ));
+    }
+    let first = (runs[0].belt_velocity, runs[0].normal_force);
+    if runs
+        .iter()
+        .all(|r| (r.belt_velocity, r.normal_force) == first)
+    {
+        out.push(format!(
+            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be told apart. Measure at a second speed and a second load.",
+            first.0, first.1
+        ));
+    }
+    for (run, smoothing) in runs.iter().zip(&problem.smoothings) {
+        if smoothing.cycle.is_nan() {
+            out.push(format!(
+                "{}: no stick-slip cycles seen; this run says nothing of static friction, of how it ages, or of how break-away depends on the place.",
+                run.name
+            ));
+        }
+        if !run.faults.is_empty() {
+            let samples: usize = run.faults.iter().map(|f| f.samples).sum();
+            out.push(format!(
+                "{}: {samples} samples are clipped or held and were left out.",
+                run.name
+            ));
+        }
+    }
+    if let Some(ratio) = problem.friction.foreign {
+        out.push(format!(
+            "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces. The friction constants were started from the measured force instead."
+        ));
+    }
+    for (index, parameter) in fitted.hypothesis.shared.iter().enumerate() {
+        if parameter.is_at_bound(fitted.fit.point.shared[index]) {
+            out.push(format!(
+                "{} = {} {} lies on its bound: the value is not to be trusted.",
+                parameter.name,
+                parameter.value(fitted.fit.point.shared[index]),
+                parameter.unit
+            ));
+        }
+    }
+    for effect in effects {
+        for form in &effect.other_forms {
+            let values: Vec<String> = form.iter().map(|(n, v)| format!("{n} = {v:.3e}")).collect();
+            out.push(format!(
+                "{}: another form of it explains the data as well ({}); the intervals stated hold within the form reported.",
+                effect.id,
+                values.join(", ")
+            ));
+        }
+    }
+    if selection.stopped {
+        out.push("Stopped before the end: candidates not listed were not tried.".into());
+    }
+    out
+}
+
+/// A value with its 95 % interval, if it has one: `name = value +- half width unit (95 %)`.
+fn with_interval(name: &str, estimate: &Estimate) -> String {
+    let unit = match estimate.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    match estimate.half_width() {
+        Some(half) => format!("{name} = {:.4e} +- {half:.1e}{unit} (95 %)", estimate.value),
+        None => format!("{name} = {}{unit}", estimate.value),
+    }
+}
+
+/// Share of the error on runs kept out that an effect must remove to be mentioned although it is not all.
+const HELPS: f64 = 0.3;
+
+/// What the catalogue removes of a misfit that it does not explain, run by run; empty if that is little.
+fn helps(problem: &Problem, calibrated: &Rung, last: &Rung) -> String {
+    let overall = 1.0 - last.holdout_nrmse / calibrated.holdout_nrmse;
+    if last.step == calibrated.step || !(overall >= HELPS) {
+        return String::new();
+    }
+    format!(
+        " Part of it is {}: that step removes {:.0} % of the error on runs kept out ({}). It is not all, so it is not named as the cause.",
+        last.step.trim_start_matches("+ "),
+        100.0 * overall,
+        falls_by_run(problem, calibrated, last)
+    )
+}
+
+/// Fall of the error from one rung to another, run by run.
+fn falls_by_run(problem: &Problem, before: &Rung, after: &Rung) -> String {
+    let errors = before.by_run.iter().zip(&after.by_run);
+    let runs: Vec<String> = problem
+        .campaign
+        .runs
+        .iter()
+        .zip(errors)
+        .map(|(run, (a, b))| format!("{} {:.0} %", run.name, 100.0 * (1.0 - b / a)))
+        .collect();
+    runs.join(", ")
+}
+
+/// Mean fall of the error of predicting break-aways over the runs that is worth a word: less is seen where nothing is
+/// there, as the force just before a transition is known roughly only.
+const FORETELLS: f64 = 0.2;
+
+/// What the break-aways of a campaign depend on that no effect explains; empty where nothing foretells them.
+fn foretold(break_aways: &[BreakAways]) -> String {
+    let told = |b: &&BreakAways| b.fall_by_place.is_finite();
+    let all: Vec<&BreakAways> = break_aways.iter().filter(told).collect();
+    let mean = |fall: fn(&BreakAways) -> f64| {
+        all.iter().map(|b| fall(b).max(0.0)).sum::<f64>() / all.len() as f64
+    };
+    let percent = |fall: f64| format!("{:.0} %", 100.0 * fall);
+    let mut out = String::new();
+    if mean(|b| b.fall_by_place) >= FORETELLS {
+        let runs: Vec<String> = all
+            .iter()
+            .map(|b| format!("{} {}", b.file, percent(b.fall_by_place)))
+            .collect();
+        out += &format!(
+            " The force at break-away depends on the place on the belt (or on time, where each place is passed once): the place takes away so much of the error of predicting each from the others of its run: {}.",
+            runs.join(", ")
+        );
+    }
+    let (dwell, foretold) = (
+        mean(|b| b.fall_by_dwell),
+        mean(|b| b.fall_by_dwell_foretold),
+    );
+    if foretold >= FORETELLS {
+        out += &format!(
+            " Break-away grows with the dwell that the beginning of a stick foretells (it takes away {} of the error), as ageing has it.",
+            percent(foretold)
+        );
+    } else if dwell >= FORETELLS || !out.is_empty() {
+        out += &format!(
+            " Dwell takes away {} of that error; but a high threshold makes a long stick by itself, and what is known when a stick begins takes away {}: that contacts age can't be concluded.",
+            percent(dwell),
+            percent(foretold)
+        );
+    }
+    out
+}
+
+/// Errors below this many times the noise look like noise by their size.
+const NEARLY_NOISE: f64 = 1.5;
+
+/// What the words are about.
+pub(crate) struct Seen<'a> {
+    /// The error ladder.
+    pub ladder: &'a [Rung],
+    /// Colour of what each model leaves.
+    pub spectral_ratio: &'a [f64],
+    /// A constant of the structure that the model which explains the data had to bend.
+    pub prior_conflict: Option<&'a PriorConflict>,
+    /// Terms proposed.
+    pub proposed: &'a [ProposedTerm],
+}
+
+/// What was found and how sure it is, in plain words.
+pub(crate) fn words(
+    problem: &Problem,
+    verdict: Verdict,
+    effects: &[FoundEffect],
+    seen: &Seen,
+    selection: &Selection,
+) -> String {
+    let ladder = seen.ladder;
+    let break_aways = &problem.break_aways;
+    let stopped = &selection.stopped;
+    let by_hand = selection.tried_by_hand(problem);
+    let last = ladder.last().expect("the ladder has its first rung");
+    let calibrated = &ladder[1.min(ladder.len() - 1)];
+    let percent = |v: f64| format!("{:.2} %", 100.0 * v);
+    match verdict {
+        Verdict::EffectFound => {
+            let names: Vec<String> = effects
+                .iter()
+                .map(|e| {
+                    let title = problem
+                        .catalogue
+                        .iter()
+                        .find(|c| c.id == e.id)
+                        .map_or("", |c| c.title.as_str());
+                    let values: Vec<String> = e
+                        .parameters
+                        .iter()
+                        .map(|(n, p)| with_interval(n, p))
+                        .collect();
+                    let known: Vec<&str> = std::iter::once(title)
+                        .chain(values.iter().map(String::as_str))
+                        .collect();
+                    format!("{} ({})", e.id, known.join("; "))
+                })
+                .collect();
+            if selection.by_break_aways {
+                return format!(
+                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which {}. To tell the place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
+                    names.join(" and "),
+                    foretold(break_aways),
+                    percent(calibrated.holdout_nrmse),
+                    percent(last.holdout_nrmse),
+                    falls_by_run(problem, calibrated, last),
+                    last.holdout_over_noise,
+                    match by_hand {
+                        Some(_) => "is more than noise; no other effect was tried",
+                        None => "no effect of the catalogue removes",
+                    }
+                );
+            }
+            let mut ties: Vec<&str> = Vec::new();
+            for tie in effects.iter().flat_map(|e| &e.confounded_with) {
+                if !ties.contains(&tie.as_str()) {
+                    ties.push(tie);
+                }
+            }
+            let told = match ties.is_empty() {
+                true => String::new(),
+                false => format!("These data can't tell it from: {}. ", ties.join(", ")),
+            };
+            let sure = told + &others(problem, selection);
+            format!(
+                "Missing: {}. The error on runs kept out of the fit falls from {} to {}; what remains is {:.2} times the sensor noise. {sure}",
+                names.join(" and "),
+                percent(calibrated.holdout_nrmse),
+                percent(last.holdout_nrmse),
+                last.holdout_over_noise
+            )
+        }
+        Verdict::NoMissingEffect => format!(
+            "Nothing is missing: the calibrated model explains the data down to {:.2} times the sensor noise, and {} by more than chance.",
+            calibrated.holdout_over_noise,
+            match by_hand {
+                Some(tried) => format!("{tried}, all that was tried, does not improve it"),
+                None => "no candidate improves it".to_owned(),
+            }
+        ),
+        Verdict::UnknownEffect => {
+            if let (Some(beyond), Some(term)) = (&selection.beyond, seen.proposed.first()) {
+                return beyond_words(beyond, term, calibrated, last);
+            }
+            if let Some(prior_conflict) = seen
+                .prior_conflict
+                .filter(|_| last.holdout_over_noise < NEARLY_NOISE)
+            {
+                return format!(
+                    "{} is missing, or the structure is not as stated: the model comes down to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
+                    match by_hand {
+                        Some(tried) => format!("Something other than what was tried ({tried})"),
+                        None => "Something outside the catalogue".to_owned(),
+                    },
+                    last.holdout_over_noise,
+                    prior_conflict.name,
+                    prior_conflict.fitted,
+                    prior_conflict.unit,
+                    prior_conflict.believed,
+                    prior_conflict.unit,
+                    prior_conflict.deviations
+                );
+            }
+            let left = seen.spectral_ratio.last().copied().unwrap_or(f64::NAN);
+            let near = if last.holdout_over_noise < NEARLY_NOISE && left > MOST_SPECTRAL_RATIO {
+                format!(
+                    " The last step of the ladder comes to {:.2} times the sensor noise, but what it leaves is not white as noise is: its low frequencies have {left:.2} times the power of its high ones.",
+                    last.holdout_over_noise
+                )
+            } else {
+                String::new()
+            };
+            if let Some(tried) = by_hand {
+                return format!(
+                    "What was tried by hand ({tried}) does not explain the data: after calibration {:.1} times the sensor noise remains, and {:.1} times with all that was tried. No other effect was tried; `diagnose` searches the catalogue.{near}{}{}",
+                    calibrated.holdout_over_noise,
+                    last.holdout_over_noise,
+                    helps(problem, calibrated, last),
+                    foretold(break_aways)
+                );
+            }
+            let tried = if *stopped {
+                "The search was stopped, so this is not decided: after calibration"
+            } else {
+                "Something outside the catalogue is missing: after calibration"
+            };
+            let without = if *stopped {
+                "none of the candidates tried so far removes it"
+            } else {
+                "no effect of the catalogue, nor two of them, removes it"
+            };
+            format!(
+                "{tried} {:.1} times the sensor noise remains, and {without}.{near}{}{}",
+                calibrated.holdout_over_noise,
+                helps(problem, calibrated, last),
+                foretold(break_aways)
+            )
+        }
+    }
+}
+
+/// That the data ask for a term beyond the catalogue.
+fn beyond_words(beyond: &Beyond, term: &ProposedTerm, calibrated: &Rung, last: &Rung) -> String {
+    let values: Vec<String> = term
+        .parameters
+        .iter()
+        .map(|(n, p)| with_interval(n, p))
+        .collect();
+    let compared = match &beyond.rival {
+        Some(rival) => format!(
+            "{rival} explains the data too, down to the noise, but a term beyond the catalogue explains them better, by {:.0} in the logarithm of the likelihood with its parameters priced in",
+            beyond.gain
+        ),
+        None => {
+            "no effect of the catalogue removes the misfit, but one term beyond it does".to_owned()
+        }
+    };
+    format!(
+        "Something outside the catalogue is missing: {compared}: {} = {} with {}. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. It is the simplest of its kind and a lead, not a name: proposed_1.toml is ready for `pack --effect` and `try`.",
+        term.target,
+        term.expression,
+        values.join(", "),
+        100.0 * calibrated.holdout_nrmse,
+        100.0 * last.holdout_nrmse,
+        last.holdout_over_noise
+    )
+}

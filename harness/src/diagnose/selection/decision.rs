@@ -1,0 +1,215 @@
+//! Which hypothesis is believed, and how sure that is.
+//!
+//! Posterior probability of a hypothesis H on data D: `p(H|D) ~ p(D|H) p(H)`, with the evidence p(D|H) of Laplace's
+//! approximation and the prior below. Only adequate hypotheses take part: those that leave no more than noise. Where none
+//! does, something else is at work.
+
+use crate::diagnose::estimation::nesting::widen;
+use crate::diagnose::initialisation::multistart::settled;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::variants::{all_variants, library};
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::full_refit;
+use crate::diagnose::thresholds::{CLAIMED, CLOSE, FINALISTS, SEARCHED, SECOND};
+use crate::error::Error;
+use crate::parallel::parallel;
+
+/// Logarithm of the prior of one hypothesis with so many effects, relative to that of none: one effect is as probable as
+/// none, all kinds alike.
+pub(crate) fn log_prior(problem: &Problem, effects: usize) -> f64 {
+    let kinds = (all_variants(problem).len() + library(problem).len()).max(1) as f64;
+    match effects {
+        0 => 0.0,
+        1 => -kinds.ln(),
+        _ => -(SECOND * 0.5 * kinds * (kinds - 1.0).max(1.0)).ln(),
+    }
+}
+
+/// Logarithm of a hypothesis's posterior on the segments compared, up to a constant, nats.
+pub(crate) fn log_posterior(problem: &Problem, model: &FittedModel) -> f64 {
+    log_prior(problem, model.choices.len()) - model.score()
+}
+
+/// Works out the posterior of every model and gives the best adequate one's place; `None` where none is adequate. The
+/// best are compared on all segments of the runs fitted; what proves inadequate there falls.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn decide(
+    problem: &Problem,
+    models: &mut [&mut FittedModel],
+) -> Result<Option<usize>, Error> {
+    for c in models.iter_mut() {
+        c.log_posterior = log_posterior(problem, c);
+    }
+    loop {
+        let Some(best) = best(models, |c| c.reaches_floor()) else {
+            return Ok(None);
+        };
+        if problem.place_is_told() {
+            // Friction scatters: fits count with another noise until the search is over.
+            return Ok(Some(simplest(models, best)));
+        }
+        let close = models[best].log_posterior - CLOSE;
+        let mut finalists: Vec<usize> = (0..models.len())
+            .filter(|&i| models[i].reaches_floor())
+            .filter(|&i| i == best || models[i].log_posterior > close)
+            .collect();
+        let posterior = |i: &usize| models[*i].log_posterior;
+        finalists.sort_by(|a, b| posterior(b).total_cmp(&posterior(a)));
+        finalists.truncate(FINALISTS);
+        let judged = parallel(&finalists, |&i| {
+            let mut model = (*models[i]).clone();
+            full_refit::stands(problem, &mut model)?;
+            Ok(model)
+        })?;
+        for (&i, judged) in finalists.iter().zip(judged) {
+            *models[i] = judged;
+        }
+        finalists.retain(|&i| models[i].reaches_floor());
+        if finalists.is_empty() {
+            continue;
+        }
+        refit_from_larger(problem, models, &finalists)?;
+        // On all segments among those; the others stay as far behind the best of them as they are on the segments compared.
+        let on_all = |c: &FittedModel| {
+            let full_refit = c.full_refit.as_ref().expect("fitted to all shots above");
+            log_prior(problem, c.choices.len()) + full_refit.fit.log_evidence
+        };
+        let leading = finalists
+            .iter()
+            .copied()
+            .max_by(|&a, &b| on_all(models[a]).total_cmp(&on_all(models[b])))
+            .expect("not empty");
+        let ahead = models[leading].log_posterior;
+        let top = on_all(models[leading]);
+        for i in 0..models.len() {
+            let now = if finalists.contains(&i) {
+                on_all(models[i]) - top
+            } else if ahead.is_finite() {
+                (models[i].log_posterior - ahead).min(0.0)
+            } else {
+                // The best could not be weighed before: nothing is known of the distance.
+                f64::NEG_INFINITY
+            };
+            models[i].log_posterior = now;
+        }
+        return Ok(Some(simplest(models, leading)));
+    }
+}
+
+/// Fits each finalist again from the optimum of those that extend it, so that none is left in a worse minimum than what is one
+/// of its own points but for an effect.
+fn refit_from_larger(
+    problem: &Problem,
+    models: &mut [&mut FittedModel],
+    finalists: &[usize],
+) -> Result<(), Error> {
+    let extends = |large: usize, small: usize| {
+        let (large, small) = (&models[large].choices, &models[small].choices);
+        large.len() > small.len() && small.iter().all(|c| large.contains(c))
+    };
+    let jobs: Vec<(usize, usize)> = finalists
+        .iter()
+        .flat_map(|&small| finalists.iter().map(move |&large| (small, large)))
+        .filter(|&(small, large)| extends(large, small))
+        .collect();
+    let all = problem.fit_segments(1);
+    let segments = problem.copies(&all);
+    let again = parallel(&jobs, |&(small, large)| {
+        let h = problem.hypothesis(&models[small].choices)?;
+        let larger = models[large].full_refit.as_ref();
+        let larger = larger.expect("finalists are fitted to all shots");
+        let start = widen(larger, &h, &Point::centre(&h, &segments));
+        settled(problem, h, &segments, start, full_refit::last_options())
+    })?;
+    for ((small, _), fitted) in jobs.into_iter().zip(again) {
+        let full_refit = &mut models[small].full_refit;
+        if full_refit
+            .as_ref()
+            .is_none_or(|w| fitted.fit.log_evidence > w.fit.log_evidence)
+        {
+            *full_refit = Some(fitted);
+        }
+    }
+    Ok(())
+}
+
+/// The simplest adequate hypothesis that is not [`CLAIMED`] times less probable than the leading one: what is named beyond it
+/// must be worth the claim.
+fn simplest(models: &[&mut FittedModel], leading: usize) -> usize {
+    let enough = models[leading].log_posterior - CLAIMED.ln();
+    let effects = |i: &usize| models[*i].choices.len();
+    (0..models.len())
+        .filter(|i| effects(i) < effects(&leading))
+        .filter(|&i| models[i].reaches_floor() && models[i].log_posterior > enough)
+        .min_by(|a, b| {
+            let posterior = |i: &usize| models[*i].log_posterior;
+            effects(a)
+                .cmp(&effects(b))
+                .then(posterior(b).total_cmp(&posterior(a)))
+        })
+        .unwrap_or(leading)
+}
+
+fn best(models: &[&mut FittedModel], wanted: impl Fn(&FittedModel) -> bool) -> Option<usize> {
+    let all = (0..models.len()).filter(|&i| wanted(models[i]));
+    all.max_by(|&a, &b| {
+        let posterior = |i: usize| models[i].log_posterior;
+        posterior(a).total_cmp(&posterior(b))
+    })
+}
+
+/// Probabilities of models from their posteriors.
+pub(crate) fn probabilities(models: &[&FittedModel]) -> Vec<f64> {
+    let rows: Vec<(f64, bool)> = models
+        .iter()
+        .map(|c| (c.log_posterior, c.reaches_floor()))
+        .collect();
+    shares(&rows)
+}
+
+/// Probabilities from the logarithms of posteriors up to a constant, and whether each hypothesis is adequate. The adequate
+/// ones share all; where none is, all share the little that is left beside something unknown. What was not compared (NaN)
+/// has none.
+fn shares(rows: &[(f64, bool)]) -> Vec<f64> {
+    let any = rows.iter().any(|(_, adequate)| *adequate);
+    let counts = |row: &(f64, bool)| row.0.is_finite() && (row.1 || !any);
+    let of_those = rows.iter().filter(|row| counts(row)).map(|row| row.0);
+    let top = of_those.fold(f64::NEG_INFINITY, f64::max);
+    let weight = |row: &(f64, bool)| match counts(row) {
+        true => (row.0 - top).exp(),
+        false => 0.0,
+    };
+    let total: f64 = rows.iter().map(weight).sum();
+    let known = if any { 1.0 } else { 1.0 - SEARCHED };
+    let share = |row| known * weight(row) / total.max(f64::MIN_POSITIVE);
+    rows.iter().map(share).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adequate_hypotheses_share_all_by_their_posteriors() {
+        let odds = 9.0_f64.ln();
+        let found = shares(&[
+            (5.0 + odds, true),
+            (5.0, true),
+            (50.0, false),
+            (f64::NAN, true),
+        ]);
+        for (share, expected) in found.iter().zip([0.9, 0.1, 0.0, 0.0]) {
+            assert!((share - expected).abs() < 1e-12, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn where_none_is_adequate_something_unknown_is_as_probable_as_the_search_is_good() {
+        let found = shares(&[(-800.0, false), (-803.0, false)]);
+        assert!((found.iter().sum::<f64>() - (1.0 - SEARCHED)).abs() < 1e-12);
+        assert!(found[0] > found[1]);
+    }
+}

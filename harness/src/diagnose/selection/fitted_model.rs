@@ -1,0 +1,152 @@
+//! A hypothesis with its fit, and how it fares beside others.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit_options::STRIDE;
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::parameter::Parameter;
+use crate::diagnose::model::periodic::{Argument, argument, periodic};
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::thresholds::{FLOOR_MEDIAN, FLOOR_QUARTILE, MOST_SPECTRAL_RATIO};
+use crate::diagnose::validation::prior_conflict::prior_conflict;
+use crate::diagnose::validation::segment_errors::SegmentErrors;
+use crate::diagnose::validation::{residual_whiteness, segment_errors};
+use crate::error::Error;
+
+/// Whether errors are down to the noise and as white; a spectral ratio that could not be told is passed over.
+pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {
+    fit.quantile(0.5) <= FLOOR_MEDIAN
+        && fit.quantile(0.75) <= FLOOR_QUARTILE
+        && !(spectral_ratio > MOST_SPECTRAL_RATIO)
+}
+
+/// A hypothesis with its fit and errors.
+#[derive(Clone)]
+pub struct FittedModel {
+    /// Effects that are on.
+    pub choices: Vec<Choice>,
+    /// Hypothesis and fit.
+    pub fitted: FittedHypothesis,
+    /// On the runs fitted.
+    pub fit: SegmentErrors,
+    /// On what was kept out.
+    pub holdout: Option<SegmentErrors>,
+    /// How far from white what it leaves is ([`crate::diagnose::validation::residual_whiteness`]).
+    pub spectral_ratio: f64,
+    /// Number of samples that it was fitted to.
+    pub samples: f64,
+    /// Fitted to all segments of the runs fitted, once that was needed ([`super::full_refit`]).
+    pub full_refit: Option<FittedHypothesis>,
+    /// Whether that fit showed it to be wrong.
+    pub is_refuted: bool,
+    /// Logarithm of its posterior, up to what is the same for all, nats; NaN before it was worked out.
+    pub log_posterior: f64,
+}
+
+impl FittedModel {
+    /// A model whose fit is judged on the segments fitted.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn new(
+        problem: &Problem,
+        choices: Vec<Choice>,
+        fitted: FittedHypothesis,
+        indices: &[usize],
+        segments: &[Segment],
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            fit: segment_errors::of_fit(problem, indices, &fitted.fit),
+            spectral_ratio: residual_whiteness::spectral_ratio(problem, segments, &fitted)?,
+            choices,
+            fitted,
+            holdout: None,
+            samples: segments.iter().map(|s| s.count as f64).sum::<f64>() / STRIDE as f64,
+            full_refit: None,
+            is_refuted: false,
+            log_posterior: f64::NAN,
+        })
+    }
+
+    /// Indices of its effects, sorted.
+    pub fn effects(&self) -> Vec<usize> {
+        let mut list: Vec<usize> = self.choices.iter().map(|c| c.effect).collect();
+        list.sort_unstable();
+        list
+    }
+
+    /// Number of parameters, those of the runs included.
+    pub fn size(&self) -> usize {
+        let free = |k: &&Parameter| k.prior_std > 0.0;
+        self.fitted.hypothesis.shared.iter().filter(free).count()
+            + self
+                .fitted
+                .hypothesis
+                .per_run
+                .iter()
+                .flatten()
+                .filter(free)
+                .count()
+    }
+
+    /// Whether it has values of its own for each place that a run passes.
+    pub fn is_local(&self) -> bool {
+        let per_run = &self.fitted.hypothesis.per_run;
+        per_run.iter().flatten().any(|k| k.support.is_some())
+    }
+
+    /// What its last effect repeats with, and the frequency in Hz or wavelength in m found; `None` if it does not repeat.
+    pub fn line(&self, problem: &Problem) -> Option<(Argument, f64)> {
+        let effect = &problem.catalogue[self.choices.last()?.effect];
+        let (_, shape) = periodic(effect)?;
+        let name = format!("{}.{}", effect.id, effect.parameters[shape].name);
+        let h = &self.fitted.hypothesis;
+        let i = h.shared_index(&name)?;
+        let value = h.shared[i].value(self.fitted.fit.point.shared[i]);
+        Some((argument(effect)?, value))
+    }
+
+    /// What models are ranked by, lower is better: the negative logarithm of the evidence, nats.
+    pub fn score(&self) -> f64 {
+        -self.fitted.fit.log_evidence
+    }
+
+    /// Where it stands in a search, lower is better: what is adequate first, by its evidence; what is not by its objective
+    /// and a price on parameters (Schwarz 1978), since evidence says nothing about a model that is known to be wrong.
+    fn rank(&self) -> (bool, f64) {
+        if self.reaches_floor() {
+            return (false, self.score());
+        }
+        (
+            true,
+            self.fit.trimmed + 0.5 * self.size() as f64 * self.samples.ln(),
+        )
+    }
+
+    /// Whether it stands before another in a search.
+    pub fn is_before(&self, other: &FittedModel) -> bool {
+        self.compare(other).is_lt()
+    }
+
+    /// The order of a search.
+    pub fn compare(&self, other: &FittedModel) -> std::cmp::Ordering {
+        let (mine, theirs) = (self.rank(), other.rank());
+        mine.0.cmp(&theirs.0).then(mine.1.total_cmp(&theirs.1))
+    }
+
+    /// Whether the errors are down to the noise and as white, without a structure bent to that end, as far as is known.
+    pub fn reaches_floor(&self) -> bool {
+        !self.is_refuted
+            && is_floor(&self.fit, self.spectral_ratio)
+            && prior_conflict(&self.fitted).is_none()
+    }
+}
+
+/// The name of a hypothesis: its effects.
+pub fn name(problem: &Problem, choices: &[Choice]) -> String {
+    choices
+        .iter()
+        .map(|c| problem.catalogue[c.effect].id.as_str())
+        .collect::<Vec<_>>()
+        .join(" + ")
+}

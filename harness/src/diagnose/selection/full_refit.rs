@@ -1,0 +1,94 @@
+//! Models fitted to all segments of the runs fitted, not only to those on which they are compared.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::initialisation::multistart;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
+use crate::diagnose::validation::prior_conflict::prior_conflict;
+use crate::diagnose::validation::residual_whiteness;
+use crate::error::Error;
+
+/// Jacobians for the last fit of a model that explains the data.
+const REFIT: usize = 40;
+/// The same for one that does not: its parameters mean little.
+const REFIT_OF_WRONG: usize = 8;
+/// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
+/// valley.
+const REFIT_TOLERANCE: f64 = 1e-6;
+
+/// The options of a last fit of a model that explains the data.
+pub fn last_options() -> FitOptions {
+    FitOptions {
+        tolerance: REFIT_TOLERANCE,
+        patience: 2,
+        stride: 1,
+        robust: false,
+        ..FitOptions::search(REFIT)
+    }
+}
+
+/// A model fitted to `segments`, which stand at `all` in the problem's list.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn refit(
+    problem: &Problem,
+    model: &FittedModel,
+    all: &[usize],
+    segments: &[Segment],
+) -> Result<FittedHypothesis, Error> {
+    let h = problem.hypothesis(&model.choices)?;
+    let mut start = Point::centre(&h, segments);
+    start.shared.clone_from(&model.fitted.fit.point.shared);
+    start.per_run.clone_from(&model.fitted.fit.point.per_run);
+    // Segments that were in the comparison keep the starts found there.
+    for (i, &k) in model.fit.segments.iter().enumerate() {
+        if let Some(j) = all.iter().position(|&a| a == k) {
+            start.states[j].clone_from(&model.fitted.fit.point.states[i]);
+            start.stuck[j] = model.fitted.fit.point.stuck[i];
+        }
+    }
+    if !model.reaches_floor() {
+        return multistart::settled(
+            problem,
+            h,
+            segments,
+            start,
+            FitOptions::search(REFIT_OF_WRONG),
+        );
+    }
+    // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
+    let near = multistart::settled(problem, h, segments, start, FitOptions::search(REFIT))?;
+    multistart::settled(
+        problem,
+        near.hypothesis,
+        segments,
+        near.fit.point,
+        last_options(),
+    )
+}
+
+/// Whether a model that is down to the noise on the segments compared also stands when it is fitted to all: it must neither bend
+/// the structure nor leave what is not white. One that does not is marked, so that it no longer counts as down to the noise.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn stands(problem: &Problem, model: &mut FittedModel) -> Result<bool, Error> {
+    if !model.reaches_floor() {
+        return Ok(false);
+    }
+    if model.full_refit.is_none() {
+        let all = problem.fit_segments(1);
+        let segments = problem.copies(&all);
+        let fitted = refit(problem, model, &all, &segments)?;
+        let spectral_ratio = residual_whiteness::spectral_ratio(problem, &segments, &fitted)?;
+        model.is_refuted =
+            prior_conflict(&fitted).is_some() || spectral_ratio > MOST_SPECTRAL_RATIO;
+        model.full_refit = Some(fitted);
+    }
+    Ok(!model.is_refuted)
+}

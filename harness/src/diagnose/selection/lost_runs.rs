@@ -1,0 +1,76 @@
+//! Runs that a fit lost while it came down to the noise on the others.
+//!
+//! The friction level of a run is its own; once it has wandered off, every segment of the run is lost, and lost segments have
+//! no say. What the other runs found brings it back: their level, with the start states of the smoother, and then what is its
+//! own, phases all round, while all that the runs share is held, as for a run that was kept out.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit_options::{Care, FitOptions};
+use crate::diagnose::estimation::run_parameters;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::error::Error;
+use crate::metric::median;
+
+/// Median error of a run over the noise up to which it has arrived, ...
+const ARRIVED: f64 = 1.5;
+/// ... and beyond which it is lost.
+const LOST: f64 = 3.0;
+/// Jacobians for what is their own.
+const STEPS: usize = 3;
+
+/// Where to fit a model from so that the runs that it lost get another chance; `None` if it lost none, or more
+/// than it found.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub(crate) fn without_loss(
+    problem: &Problem,
+    model: &FittedModel,
+    segments: &[Segment],
+) -> Result<Option<Point>, Error> {
+    let errors = |run: usize| -> Option<f64> {
+        let of_run = segments.iter().zip(&model.fitted.fit.mean_square);
+        let mut ratios: Vec<f64> = of_run
+            .filter(|(segment, _)| segment.run == run)
+            .map(|(_, m)| m.sqrt() / problem.noise[run])
+            .collect();
+        (!ratios.is_empty()).then(|| median(&mut ratios))
+    };
+    let of_runs: Vec<(usize, f64)> = (0..problem.campaign.runs.len())
+        .filter_map(|run| Some((run, errors(run)?)))
+        .collect();
+    let runs = |wanted: &dyn Fn(f64) -> bool| -> Vec<usize> {
+        let some = of_runs.iter().filter(|(_, error)| wanted(*error));
+        some.map(|(run, _)| *run).collect()
+    };
+    let (arrived, lost) = (runs(&|e| e <= ARRIVED), runs(&|e| e > LOST));
+    if lost.is_empty() || arrived.len() < lost.len() {
+        return Ok(None);
+    }
+    let h = &model.fitted.hypothesis;
+    let mut point = model.fitted.fit.point.clone();
+    point.spread_per_run(h, &arrived, &lost);
+    let of_lost: Vec<usize> = (0..segments.len())
+        .filter(|&k| lost.contains(&segments[k].run))
+        .collect();
+    let their_segments: Vec<Segment> = of_lost.iter().map(|&k| segments[k].clone()).collect();
+    let mut theirs = Point::centre(h, &their_segments);
+    theirs.shared.clone_from(&point.shared);
+    theirs.per_run.clone_from(&point.per_run);
+    let mut predictor = problem.predictor(h)?;
+    let options = FitOptions {
+        shared: false,
+        ..FitOptions::search(STEPS)
+    };
+    let data = problem.data(&their_segments);
+    let found = run_parameters::learn(&mut predictor, h, &data, theirs, options, Care::Brief).point;
+    for &run in &lost {
+        point.per_run[run].clone_from(&found.per_run[run]);
+    }
+    for (i, &k) in of_lost.iter().enumerate() {
+        point.put(k, found.start(i));
+    }
+    Ok(Some(point))
+}

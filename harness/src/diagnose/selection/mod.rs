@@ -1,0 +1,14 @@
+//! Which hypothesis: the search, its comparison by evidence, the decision.
+
+pub mod bootstrap;
+pub mod decision;
+pub mod fitted_model;
+pub mod full_refit;
+pub mod lost_runs;
+pub mod next_measurement;
+pub mod pairs;
+pub mod retries;
+pub mod screening;
+pub mod search;
+pub mod stages;
+pub mod ties;

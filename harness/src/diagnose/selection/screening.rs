@@ -1,0 +1,355 @@
+//! The segments on which hypotheses are compared, and the fits of many hypotheses to them.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
+use crate::diagnose::estimation::nesting::{narrowed, widen};
+use crate::diagnose::initialisation::multistart;
+use crate::diagnose::initialisation::multistart::baseline;
+use crate::diagnose::initialisation::search_options::SearchOptions;
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::full_refit;
+use crate::diagnose::selection::lost_runs::without_loss;
+use crate::error::Error;
+use crate::parallel::parallel;
+use crate::watch::Watch;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Every how many-th group of segments is used at most while candidates are compared, ...
+const SCREEN_EVERY: usize = 3;
+/// ... fewer left out where so many segments would not be reached: what a poor campaign has is needed.
+const ENOUGH: usize = 24;
+/// A model whose median error over the noise is below this is worth fitting further.
+const PROMISING: f64 = 30.0;
+/// ..., if it is also below this many times the best model's.
+const NEAR_THE_BEST: f64 = 3.0;
+/// A model whose median error over the noise is below this is worth fitting to its end.
+const NEAR_THE_NOISE: f64 = 3.0;
+/// Models that are fitted further.
+const POLISHED: usize = 4;
+/// Jacobians for that.
+pub(crate) const POLISH: usize = 14;
+/// Models found with the reference model held that are fitted freely, ...
+const FREED: usize = 10;
+/// ... with so many Jacobians.
+const FREE: usize = 4;
+/// Candidates from whose optimum the reference model is fitted again.
+const RETRIES: usize = 2;
+/// Jacobians for that.
+const RETRY: usize = 8;
+
+/// Segments on which hypotheses are compared.
+pub struct Screen<'a> {
+    pub(crate) problem: &'a Problem<'a>,
+    /// Their indices.
+    pub indices: Vec<usize>,
+    /// The segments themselves.
+    pub segments: Vec<Segment>,
+}
+
+impl<'a> Screen<'a> {
+    /// Some of the segments of every run that is fitted.
+    pub fn new(problem: &'a Problem<'a>) -> Self {
+        let every = (problem.fit_segments(1).len() / ENOUGH).clamp(1, SCREEN_EVERY);
+        let indices = problem.fit_segments(every);
+        let segments = problem.copies(&indices);
+        Self::of_segments(problem, indices, segments)
+    }
+
+    /// Segments at the places `indices` of the problem's, their measurements perhaps replaced.
+    pub fn of_segments(
+        problem: &'a Problem<'a>,
+        indices: Vec<usize>,
+        segments: Vec<Segment>,
+    ) -> Self {
+        Self {
+            problem,
+            indices,
+            segments,
+        }
+    }
+
+    pub(crate) fn model(
+        &self,
+        choices: Vec<Choice>,
+        fitted: FittedHypothesis,
+    ) -> Result<FittedModel, Error> {
+        FittedModel::new(self.problem, choices, fitted, &self.indices, &self.segments)
+    }
+
+    /// Best first.
+    pub fn sort(&self, models: &mut [FittedModel]) {
+        models.sort_by(FittedModel::compare);
+    }
+
+    /// The reference model, fitted; `belief` is how firmly it is held to what is believed of it.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn calibrate(&self, belief: f64) -> Result<FittedModel, Error> {
+        self.model(Vec::new(), baseline(self.problem, &self.segments, belief)?)
+    }
+
+    /// Fits many hypotheses in parallel, each the base with one effect more; best first.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn compete(
+        &self,
+        jobs: &[Vec<Choice>],
+        base: &FittedModel,
+        search: SearchOptions,
+        watch: &dyn Watch,
+    ) -> Result<Vec<FittedModel>, Error> {
+        let done = AtomicUsize::new(0);
+        // The long ones first, so that no thread waits for the last one.
+        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
+        let weight = |choices: &Vec<Choice>| -> usize {
+            let of = |c: &Choice| self.problem.catalogue[c.effect].weight();
+            choices.iter().map(of).sum()
+        };
+        jobs.sort_by_key(|choices| std::cmp::Reverse(weight(choices)));
+        let results = parallel(&jobs, |choices| {
+            if watch.stop() {
+                return Ok(None);
+            }
+            let fitted =
+                multistart::search(self.problem, choices, &self.segments, &base.fitted, search)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            watch.step(&name(self.problem, choices), done, jobs.len());
+            Ok(Some(self.model(choices.to_vec(), fitted)?))
+        })?;
+        let mut models: Vec<FittedModel> = results.into_iter().flatten().collect();
+        self.sort(&mut models);
+        Ok(models)
+    }
+
+    /// Keeps for each hypothesis the better of two fits.
+    pub fn keep_better(&self, models: &mut Vec<FittedModel>, others: Vec<FittedModel>) {
+        for other in others {
+            match models.iter_mut().find(|c| c.choices == other.choices) {
+                Some(mine) if other.is_before(mine) => *mine = other,
+                Some(_) => {}
+                None => models.push(other),
+            }
+        }
+        self.sort(models);
+    }
+
+    /// Whether a model is near enough to the noise to be worth fitting further.
+    pub fn is_promising(&self, model: &FittedModel) -> bool {
+        model.fit.quantile(0.5) < PROMISING
+    }
+
+    /// Fits models further that are near the noise but not down to it: the best ones, and where the best is down
+    /// to it already, only those that need fewer parameters than it does.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn polish(&self, models: &mut [FittedModel], watch: &dyn Watch) -> Result<(), Error> {
+        let enough = match models.first() {
+            Some(best) if best.reaches_floor() => best.size(),
+            _ => usize::MAX,
+        };
+        let near = match models.first() {
+            // Values of its own along each run imitate much: what is simpler gets its chance from afar.
+            Some(best) if best.is_local() => PROMISING,
+            Some(best) => NEAR_THE_BEST * best.fit.quantile(0.5),
+            None => f64::NAN,
+        };
+        let wanted: Vec<usize> = (0..models.len())
+            .filter(|&i| {
+                let c = &models[i];
+                self.is_promising(c)
+                    && c.fit.quantile(0.5) < near
+                    && !c.reaches_floor()
+                    && c.size() < enough
+            })
+            .take(POLISHED)
+            .collect();
+        if wanted.is_empty() || watch.stop() {
+            return Ok(());
+        }
+        watch.step("fitting the best candidates further", 0, 1);
+        let polished = parallel(&wanted, |&i| self.further(&models[i], POLISH))?;
+        for (i, new) in wanted.into_iter().zip(polished) {
+            if new.is_before(&models[i]) {
+                models[i] = new;
+            }
+        }
+        self.sort(models);
+        Ok(())
+    }
+
+    /// Models found with the reference model held: the best ones fitted freely from there, best first.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn freed(&self, held: &[FittedModel]) -> Result<Vec<FittedModel>, Error> {
+        let best = &held[..held.len().min(FREED)];
+        let mut freed = parallel(best, |old| self.further(old, FREE))?;
+        self.sort(&mut freed);
+        Ok(freed)
+    }
+
+    /// Fits a model again from the optima of the best that extend it, with what they add switched off, so that it
+    /// is not left behind in a worse minimum than they.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn recalibrate(
+        &self,
+        base: FittedModel,
+        extended: &[FittedModel],
+    ) -> Result<FittedModel, Error> {
+        let leaders: Vec<&FittedModel> = extended.iter().take(RETRIES).collect();
+        let retried = parallel(&leaders, |single| {
+            let h = self.problem.hypothesis(&base.choices)?;
+            let start = narrowed(&h, &single.fitted.fit.point, &self.segments);
+            self.fitted(&base.choices, start, refitting(RETRY))
+        })?;
+        let mut best = base;
+        for retry in retried {
+            if retry.is_before(&best) {
+                best = retry;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Fits those candidates again that ended above the model that they extend, which is one of their own
+    /// points: from there.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn nest(&self, models: &mut [FittedModel], base: &FittedModel) -> Result<(), Error> {
+        let above: Vec<usize> = (0..models.len())
+            .filter(|&i| models[i].fitted.fit.misfit > base.fitted.fit.misfit)
+            .collect();
+        let again = parallel(&above, |&i| {
+            let choices = &models[i].choices;
+            let fitted =
+                multistart::from_nested(self.problem, choices, &self.segments, &base.fitted)?;
+            self.model(choices.clone(), fitted)
+        })?;
+        for (i, new) in above.into_iter().zip(again) {
+            if new.fitted.fit.misfit < models[i].fitted.fit.misfit {
+                models[i] = new;
+            }
+        }
+        self.sort(models);
+        Ok(())
+    }
+
+    /// A model's hypothesis fitted again from where it stands.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn refit_of(&self, model: &FittedModel) -> Result<FittedModel, Error> {
+        self.further(model, RETRY)
+    }
+
+    /// A model fitted further from where it stands, and if that loses runs, again with what the others found.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn further(
+        &self,
+        old: &FittedModel,
+        iterations: usize,
+    ) -> Result<FittedModel, Error> {
+        self.further_by(old, refitting(iterations))
+    }
+
+    fn further_by(&self, old: &FittedModel, options: FitOptions) -> Result<FittedModel, Error> {
+        let start = old.fitted.fit.point.clone();
+        let further = self.fitted(&old.choices, start, options)?;
+        let Some(start) = without_loss(self.problem, &further, &self.segments)? else {
+            return Ok(further);
+        };
+        let again = self.fitted(&old.choices, start, options)?;
+        let is_better = again.fit.trimmed < further.fit.trimmed;
+        Ok(if is_better { again } else { further })
+    }
+
+    /// Fits the best model to its end if it is near the noise but not down to it: what lies along a narrow valley takes more
+    /// steps than a comparison affords.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn finish(
+        &self,
+        models: &mut [FittedModel],
+        watch: &dyn Watch,
+    ) -> Result<(), Error> {
+        let Some(best) = models.first_mut() else {
+            return Ok(());
+        };
+        if best.reaches_floor() || best.fit.quantile(0.5) > NEAR_THE_NOISE || watch.stop() {
+            return Ok(());
+        }
+        watch.step("fitting the best candidate to its end", 0, 1);
+        *best = self.to_its_end(best)?;
+        Ok(())
+    }
+
+    /// A model fitted from where it stands until nothing moves any more.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn to_its_end(&self, model: &FittedModel) -> Result<FittedModel, Error> {
+        let options = FitOptions {
+            stride: STRIDE,
+            ..full_refit::last_options()
+        };
+        let further = self.further_by(model, options)?;
+        let is_better = further.is_before(model);
+        Ok(if is_better { further } else { model.clone() })
+    }
+
+    /// A model fitted further with its effects in another order.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn reordered(&self, found: &FittedModel, choices: &[Choice]) -> Result<FittedModel, Error> {
+        let h = self.problem.hypothesis(choices)?;
+        let centre = Point::centre(&h, &self.segments);
+        let start = widen(&found.fitted, &h, &centre);
+        self.fitted(choices, start, refitting(POLISH))
+    }
+
+    /// A hypothesis fitted from a point of its own.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn fitted_from(
+        &self,
+        choices: &[Choice],
+        start: Point,
+    ) -> Result<FittedModel, Error> {
+        self.fitted(choices, start, refitting(RETRY))
+    }
+
+    /// A hypothesis fitted from a point of its own: its start states first, then all.
+    fn fitted(
+        &self,
+        choices: &[Choice],
+        start: Point,
+        options: FitOptions,
+    ) -> Result<FittedModel, Error> {
+        let h = self.problem.hypothesis(choices)?;
+        let fitted = multistart::settled(self.problem, h, &self.segments, start, options)?;
+        self.model(choices.to_vec(), fitted)
+    }
+}
+
+/// The options of a fit that goes on from where another ended.
+fn refitting(iterations: usize) -> FitOptions {
+    FitOptions {
+        patience: 2,
+        ..FitOptions::search(iterations)
+    }
+}

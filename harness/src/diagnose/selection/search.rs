@@ -1,0 +1,357 @@
+//! The search over the lattice of hypotheses: none, one or two effects or terms, the best fit of each kept.
+//!
+//! Single hypotheses are all fitted, briefly first and harder while none is adequate (down to the noise). Beside an
+//! adequate one a score test tells which second effects can change the verdict; where none is adequate, pairs are formed
+//! with the best.
+
+use crate::diagnose::estimation::nesting::widen;
+use crate::diagnose::initialisation::score_test::promise;
+use crate::diagnose::initialisation::search_options::{BRIEF, FIXED, HIDDEN, STRONG_PRIOR};
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::variants::{all_variants, library, smooth_library, variants};
+use crate::diagnose::selection::decision::{log_posterior, log_prior};
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::pairs::with;
+use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::{full_refit, pairs};
+use crate::diagnose::thresholds::{CLOSE, TIE};
+use crate::error::Error;
+use crate::parallel::parallel;
+use crate::watch::Watch;
+
+/// Single hypotheses with which pairs are formed when none alone is adequate.
+const LEADERS: usize = 2;
+/// Hypotheses close to the best that are fitted to their end.
+const FINISHED: usize = 6;
+/// Hypotheses that are searched for again from their own optima.
+const RESTARTED: usize = 3;
+
+/// What has been found so far.
+pub(crate) struct Exploration<'a> {
+    problem: &'a Problem<'a>,
+    screen: &'a Screen<'a>,
+    watch: &'a dyn Watch,
+    /// All ways to choose one effect.
+    list: Vec<Choice>,
+    /// The reference model calibrated by itself.
+    pub alone: FittedModel,
+    /// The same, or better, from the optimum of an effect.
+    pub calibrated: FittedModel,
+    /// Single effects and terms, best first.
+    pub singles: Vec<FittedModel>,
+    /// Single effects beside a reference model held to what is believed of it, best first; empty until that was needed.
+    held: Vec<FittedModel>,
+    /// Pairs tried, best first.
+    pub pairs: Vec<FittedModel>,
+}
+
+/// Searches the catalogue and the terms beyond it on the segments of `screen`.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn explore<'a>(
+    problem: &'a Problem<'a>,
+    screen: &'a Screen<'a>,
+    watch: &'a dyn Watch,
+) -> Result<Exploration<'a>, Error> {
+    let base = screen.calibrate(1.0)?;
+    let list = all_variants(problem);
+    let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
+    let singles = screen.compete(&jobs, &base, BRIEF, watch)?;
+    let mut found = Exploration {
+        problem,
+        screen,
+        watch,
+        list,
+        calibrated: screen.recalibrate(base.clone(), &singles)?,
+        alone: base,
+        singles,
+        held: Vec::new(),
+        pairs: Vec::new(),
+    };
+    found.try_harder()?;
+    found.hold(&jobs)?;
+    found.add_library_effects()?;
+    if found.is_adequate() {
+        found.finish_close()?;
+        found.second_beside_adequate()?;
+    } else if !problem.place_is_told() {
+        // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
+        found.pair()?;
+        found.refit_halves()?;
+    }
+    found.other_forms_of_pair()?;
+    screen.nest(&mut found.singles, &found.calibrated)?;
+    Ok(found)
+}
+
+impl Exploration<'_> {
+    /// Whether the calibrated model or a single hypothesis is adequate.
+    fn is_adequate(&self) -> bool {
+        let mut all = std::iter::once(&self.calibrated).chain(&self.singles);
+        all.any(FittedModel::reaches_floor)
+    }
+
+    /// Whether the search among single hypotheses may end. Values of its own along each run imitate much: that alone does not
+    /// end it, nor does what falls when it is fitted to all segments.
+    fn is_settled(&mut self) -> Result<bool, Error> {
+        if self.calibrated.reaches_floor() {
+            return Ok(true);
+        }
+        match self.singles.first_mut() {
+            Some(best) if best.is_local() => Ok(false),
+            Some(best) => full_refit::stands(self.problem, best),
+            None => Ok(false),
+        }
+    }
+
+    /// While nothing is adequate: the lines of others, fits to the end, other starts.
+    fn try_harder(&mut self) -> Result<(), Error> {
+        if !self.is_settled()? {
+            self.screen.lend_lines(&mut self.singles, &self.list)?;
+            self.screen.polish(&mut self.singles, self.watch)?;
+        }
+        self.restart()
+    }
+
+    /// While nothing is adequate: other starts, and the best to its end.
+    fn restart(&mut self) -> Result<(), Error> {
+        if !self.is_settled()? {
+            self.screen
+                .restart(&mut self.singles, RESTARTED, self.watch)?;
+            self.screen.finish(&mut self.singles, self.watch)?;
+        }
+        Ok(())
+    }
+
+    /// Fits the hypotheses whose evidence is close to the best to their end, so that they compare, and the forms of the best
+    /// from each other.
+    fn finish_close(&mut self) -> Result<(), Error> {
+        if self.watch.stop() {
+            return Ok(());
+        }
+        self.screen.compare_forms(&mut self.singles)?;
+        let smaller = &self.calibrated;
+        let expected = parallel(&self.singles, |c| {
+            let tested = smaller.reaches_floor();
+            let gain = |c: &FittedModel| {
+                promise(
+                    self.problem,
+                    &self.screen.segments,
+                    &c.choices,
+                    &smaller.fitted,
+                )
+            };
+            if tested { gain(c) } else { Ok(None) }
+        })?;
+        // What a search has not reached yet, a score test may promise.
+        let within_reach = |i: usize| {
+            let promised = expected[i].as_ref().map(|p| p.gain - smaller.score());
+            promised
+                .unwrap_or(f64::NEG_INFINITY)
+                .max(-self.singles[i].score())
+                + log_prior(self.problem, 1)
+        };
+        let best = (0..self.singles.len())
+            .map(within_reach)
+            .fold(log_posterior(self.problem, smaller), f64::max);
+        let mut close: Vec<usize> = (0..self.singles.len())
+            .filter(|&i| within_reach(i) > best - CLOSE)
+            .collect();
+        close.sort_by(|&a, &b| within_reach(b).total_cmp(&within_reach(a)));
+        close.truncate(FINISHED);
+        let ended = parallel(&close, |&i| {
+            let now = &self.singles[i];
+            match &expected[i] {
+                Some(p) if p.gain - smaller.score() > -now.score() => {
+                    let start = p.start.clone();
+                    let there = self.screen.fitted_from(&now.choices, start)?;
+                    self.screen.to_its_end(&there)
+                }
+                _ => self.screen.to_its_end(now),
+            }
+        })?;
+        for (i, new) in close.into_iter().zip(ended) {
+            if new.is_before(&self.singles[i]) {
+                self.singles[i] = new;
+            }
+        }
+        self.screen.sort(&mut self.singles);
+        self.calibrated = self.screen.to_its_end(&self.calibrated)?;
+        self.calibrated = self
+            .screen
+            .recalibrate(self.calibrated.clone(), &self.singles)?;
+        Ok(())
+    }
+
+    /// Those hypotheses, each an adequate one and an effect more, that by a score test could come close to making up for the
+    /// `price` in nats of that effect, or can't be tested so.
+    fn promising(
+        &self,
+        jobs: Vec<Vec<Choice>>,
+        smaller: &FittedModel,
+        price: f64,
+    ) -> Result<Vec<Vec<Choice>>, Error> {
+        let gains = parallel(&jobs, |choices| {
+            promise(
+                self.problem,
+                &self.screen.segments,
+                choices,
+                &smaller.fitted,
+            )
+        })?;
+        let tested = jobs.into_iter().zip(gains);
+        let promising = tested.filter(|(_, p)| p.as_ref().is_none_or(|p| p.gain > price - TIE));
+        Ok(promising.map(|(choices, _)| choices).collect())
+    }
+
+    /// A second effect may hide behind what is adequate: those that by a score test could make up for the price of a pair.
+    fn second_beside_adequate(&mut self) -> Result<(), Error> {
+        let without = log_posterior(self.problem, &self.calibrated);
+        let is_claimed =
+            |s: &FittedModel| s.reaches_floor() && log_posterior(self.problem, s) > without;
+        if self.watch.stop() || !self.singles.first().is_some_and(is_claimed) {
+            return Ok(());
+        }
+        let leader = self.singles.remove(0);
+        let mut list = self.list.clone();
+        list.extend(smooth_library(self.problem));
+        let jobs = with(&leader.choices[0], &list, &[]);
+        let price = log_prior(self.problem, 1) - log_prior(self.problem, 2);
+        let jobs = self.promising(jobs, &leader, price)?;
+        self.pairs = self.screen.compete(&jobs, &leader, HIDDEN, self.watch)?;
+        self.screen.polish(&mut self.pairs, self.watch)?;
+        let rivals = |p: &FittedModel| log_posterior(self.problem, p);
+        let best = log_posterior(self.problem, &leader);
+        let close: Vec<usize> = (0..self.pairs.len())
+            .filter(|&i| rivals(&self.pairs[i]) > best - CLOSE)
+            .take(FINISHED)
+            .collect();
+        let ended = parallel(&close, |&i| self.screen.to_its_end(&self.pairs[i]))?;
+        for (i, new) in close.into_iter().zip(ended) {
+            self.pairs[i] = new;
+        }
+        self.screen.sort(&mut self.pairs);
+        let leader = self.screen.recalibrate(leader, &self.pairs)?;
+        self.singles.insert(0, self.screen.to_its_end(&leader)?);
+        Ok(())
+    }
+
+    /// While nothing is adequate: the reference model is held to what is believed of it.
+    fn hold(&mut self, jobs: &[Vec<Choice>]) -> Result<(), Error> {
+        let screen = self.screen;
+        if self.problem.place_is_told() || self.watch.stop() || self.is_settled()? {
+            return Ok(());
+        }
+        self.held = screen.compete(jobs, &screen.calibrate(STRONG_PRIOR)?, FIXED, self.watch)?;
+        let freed = screen.freed(&self.held)?;
+        screen.keep_better(&mut self.singles, freed);
+        self.calibrated = screen.recalibrate(self.calibrated.clone(), &self.singles)?;
+        screen.lend_lines(&mut self.singles, &self.list)?;
+        screen.polish(&mut self.singles, self.watch)?;
+        self.restart()
+    }
+
+    /// Terms beyond the catalogue as the only thing that the calibrated model lacks: hypotheses like the others.
+    fn add_library_effects(&mut self) -> Result<(), Error> {
+        let (screen, watch) = (self.screen, self.watch);
+        let single = |terms: Vec<Choice>| -> Vec<Vec<Choice>> {
+            terms.into_iter().map(|t| vec![t]).collect()
+        };
+        let mut jobs = single(library(self.problem));
+        let adequate = std::iter::once(&self.calibrated)
+            .chain(&self.singles)
+            .filter(|c| c.reaches_floor());
+        let leader = adequate.max_by(|a, b| {
+            let posterior = |c: &FittedModel| log_posterior(self.problem, c);
+            posterior(a).total_cmp(&posterior(b))
+        });
+        if let Some(leader) = leader {
+            // A term that stands in truth where another effect imitates it gains beside that one too.
+            let beside = |term: Vec<Choice>| -> Vec<Choice> {
+                leader.choices.iter().cloned().chain(term).collect()
+            };
+            let jobs_beside = jobs.into_iter().map(beside).collect();
+            let price = -log_prior(self.problem, 1);
+            let promising = self.promising(jobs_beside, leader, price)?;
+            let term = |mut choices: Vec<Choice>| choices.split_off(choices.len() - 1);
+            jobs = promising.into_iter().map(term).collect();
+        }
+        let mut found = screen.compete(&jobs, &self.calibrated, BRIEF, watch)?;
+        screen.polish(&mut found, watch)?;
+        screen.finish(&mut found, watch)?;
+        screen.keep_better(&mut self.singles, found);
+        Ok(())
+    }
+
+    /// Pairs of which neither is adequate alone.
+    fn pair(&mut self) -> Result<(), Error> {
+        // The best of those fitted freely leads; then those that come nearest while the reference model is held.
+        let is_promising = |s: &&FittedModel| self.screen.is_promising(s);
+        let mut leaders: Vec<&FittedModel> = self
+            .singles
+            .first()
+            .filter(is_promising)
+            .into_iter()
+            .collect();
+        let known = |h: &&FittedModel| leaders.iter().all(|l| l.effects() != h.effects());
+        let held: Vec<&FittedModel> = self.held.iter().take(LEADERS).filter(known).collect();
+        leaders.extend(held);
+        let found = pairs::held(self.screen, &self.list, &leaders, self.watch)?;
+        self.screen.keep_better(&mut self.pairs, found);
+        self.screen.finish(&mut self.pairs, self.watch)
+    }
+
+    /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come
+    /// down to the noise only beside the other.
+    fn refit_halves(&mut self) -> Result<(), Error> {
+        let Some(pair) = self.pairs.first().filter(|p| p.reaches_floor()) else {
+            return Ok(());
+        };
+        let halves = parallel(&pair.choices, |choice| {
+            let alone = std::slice::from_ref(choice);
+            let h = self.problem.hypothesis(alone)?;
+            let centre = Point::centre(&h, &self.screen.segments);
+            let start = widen(&pair.fitted, &h, &centre);
+            self.screen.fitted_from(alone, start)
+        })?;
+        self.screen.keep_better(&mut self.singles, halves);
+        Ok(())
+    }
+
+    /// A pair that is believed again with the other forms of its effects, from where it stands: of a leader, the form was
+    /// chosen before its partner was known.
+    fn other_forms_of_pair(&mut self) -> Result<(), Error> {
+        let Some(pair) = self.pairs.iter().find(|p| !p.is_refuted) else {
+            return Ok(());
+        };
+        let singles = self.singles.iter().filter(|s| s.reaches_floor());
+        let alone = singles
+            .map(FittedModel::score)
+            .fold(f64::INFINITY, f64::min);
+        if !pair.reaches_floor() || pair.score() > alone {
+            return Ok(());
+        }
+        let mut others = Vec::new();
+        for (place, choice) in pair.choices.iter().enumerate() {
+            for form in variants(self.problem, choice.effect) {
+                if form == *choice {
+                    continue;
+                }
+                // A search adds the last effect of its list.
+                let mut job = pair.choices.clone();
+                job.remove(place);
+                job.push(form.clone());
+                for found in self.screen.compete(&[job], pair, BRIEF, self.watch)? {
+                    let mut choices = pair.choices.clone();
+                    choices[place] = form.clone();
+                    others.push(self.screen.reordered(&found, &choices)?);
+                }
+            }
+        }
+        self.screen.keep_better(&mut self.pairs, others);
+        Ok(())
+    }
+}

@@ -1,0 +1,8 @@
+//! What one fitted model leaves: errors, forecasts, whiteness, identifiability.
+
+pub mod estimate;
+pub mod forecast;
+pub mod identifiability;
+pub mod prior_conflict;
+pub mod residual_whiteness;
+pub mod segment_errors;

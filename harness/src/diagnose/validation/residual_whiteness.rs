@@ -1,0 +1,112 @@
+//! Whether what a model leaves is white, as the sensor's noise is.
+//!
+//! The size of the residuals says little more than the noise estimate is good for, a few percent; a wrong model may hide
+//! below that. But what a wrong model leaves is slow beside the sampling, while white noise has the same power at all
+//! frequencies. So the power of the residuals' discrete cosine transform in the lowest fifth of the coefficients is compared
+//! with that in the upper half:
+//!
+//! ```text
+//! spectral ratio = median over segments of  mean_{k <= n/5} c_k^2 / mean_{k > n/2} c_k^2
+//! ```
+//!
+//! with the means of the upper half taken over all segments of a run. The fitted start states take a few of the lowest
+//! coefficients, so that noise alone gives somewhat less than 1. Holds for a sampling rate well above the motion's
+//! frequencies and for noise that the recorder has not smoothed.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::model::problem::Problem;
+use crate::error::Error;
+use std::f64::consts::PI;
+
+/// Share of the coefficients, from the lowest, in which a model's errors lie.
+const LOW: f64 = 0.2;
+/// Share from which on only noise is left.
+const HIGH: f64 = 0.5;
+
+/// Power of a fit's residuals at low frequencies over that at high ones, on the segments that it was fitted to; NaN
+/// without segments.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn spectral_ratio(
+    problem: &Problem,
+    segments: &[Segment],
+    fitted: &FittedHypothesis,
+) -> Result<f64, Error> {
+    let point = &fitted.fit.point;
+    let mut predictor = problem.predictor(&fitted.hypothesis)?;
+    let runs = problem.campaign.runs.len();
+    let (mut high, mut count) = (vec![0.0; runs], vec![0.0; runs]);
+    let mut low = Vec::new();
+    let mut y = Vec::new();
+    for (i, segment) in segments.iter().enumerate() {
+        let (per_run, state) = (&point.per_run[segment.run], &point.states[i]);
+        let all = segment.time.len();
+        let stuck = point.stuck[i];
+        let done = predictor.predict(
+            segment,
+            &point.shared,
+            per_run,
+            state,
+            stuck,
+            all,
+            1,
+            &mut y,
+        );
+        // A gap would look like motion.
+        if !matches!(done, Ok(true)) || segment.trusted.iter().any(|t| !t) {
+            continue;
+        }
+        let rest: Vec<f64> = segment
+            .measured
+            .iter()
+            .zip(&y)
+            .map(|(m, y)| m - y)
+            .collect();
+        let n = rest.len();
+        let power: Vec<f64> = (1..n).map(|c| coefficient(&rest, c).powi(2)).collect();
+        let (lowest, highest) = ((LOW * n as f64) as usize, (HIGH * n as f64) as usize);
+        if lowest < 4 {
+            continue;
+        }
+        low.push((
+            segment.run,
+            power[..lowest].iter().sum::<f64>() / lowest as f64,
+        ));
+        high[segment.run] += power[highest..].iter().sum::<f64>();
+        count[segment.run] += (power.len() - highest) as f64;
+    }
+    let mut ratios: Vec<f64> = low
+        .iter()
+        .map(|&(run, power)| power * count[run] / high[run])
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    Ok(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN))
+}
+
+/// Coefficient `c` of the orthonormal cosine transform (type II).
+fn coefficient(values: &[f64], c: usize) -> f64 {
+    let n = values.len() as f64;
+    let step = PI * c as f64 / n;
+    let sum: f64 = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| v * (step * (i as f64 + 0.5)).cos())
+        .sum();
+    sum * (2.0 / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_transform_keeps_the_power_of_what_has_no_mean() {
+        let values: Vec<f64> = (0..64).map(|i| (0.3 * f64::from(i)).sin()).collect();
+        let mean = values.iter().sum::<f64>() / 64.0;
+        let centred: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        let power: f64 = (1..64).map(|c| coefficient(&values, c).powi(2)).sum();
+        assert!((power / centred - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,270 @@
+//! How well a fitted hypothesis predicts: on the runs it was fitted to and on those kept out.
+//!
+//! On a run kept out the common parameters stay as fitted. What each run has of its own (friction level,
+//! offset, phases, profile) is estimated on every second segment of the run and judged on the others; start
+//! states are estimated on the segment itself. Where no run can be kept out, the same is done with every
+//! second segment of the runs there are.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::{Fit, FittedHypothesis};
+use crate::diagnose::estimation::fit_options::{Care, FitOptions, STRIDE};
+use crate::diagnose::estimation::fitter::Fitter;
+use crate::diagnose::estimation::nesting::{widen_per_run, widen_state};
+use crate::diagnose::estimation::run_parameters;
+use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::error::Error;
+
+/// Errors of prediction.
+#[derive(Debug, Clone)]
+pub struct SegmentErrors {
+    /// Root mean square error over the standard deviation of the displacement.
+    pub nrmse: f64,
+    /// The same for each run (NaN for runs not judged).
+    pub by_run: Vec<f64>,
+    /// Mean square error of each segment over the noise's, sorted.
+    pub ratio: Vec<f64>,
+    /// Objective without the worst fifth of the segments.
+    pub trimmed: f64,
+    /// Indices of the segments judged.
+    pub segments: Vec<usize>,
+    /// Mean square error of each of them in m^2.
+    pub mean_square: Vec<f64>,
+    /// Where the parameters stood for them.
+    pub point: Point,
+    /// Of a errors on what was kept out, the segments that taught and those judged, and where all stood in the end.
+    pub all_segments: Option<(Vec<usize>, Point)>,
+}
+
+impl SegmentErrors {
+    /// Root of the `share`-quantile of the mean square errors, in units of the noise.
+    pub fn quantile(&self, share: f64) -> f64 {
+        match self.ratio.len() {
+            0 => f64::NAN,
+            n => self.ratio[((n - 1) as f64 * share).round() as usize].sqrt(),
+        }
+    }
+}
+
+/// Judges a fit by its residuals.
+pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors {
+    let count = problem.campaign.runs.len();
+    let mut squares = vec![Vec::new(); count];
+    let mut ratio = Vec::new();
+    for (&k, m) in segments.iter().zip(&fit.mean_square) {
+        let run = problem.segments[k].run;
+        squares[run].push(*m);
+        ratio.push(m / problem.noise[run].powi(2));
+    }
+    ratio.sort_by(f64::total_cmp);
+    let by_run: Vec<f64> = squares
+        .iter_mut()
+        .zip(&problem.spread)
+        .map(|(s, spread)| typical(s).sqrt() / spread)
+        .collect();
+    let judged: Vec<f64> = by_run.iter().copied().filter(|v| v.is_finite()).collect();
+    let nrmse = (judged.iter().map(|v| v * v).sum::<f64>() / judged.len() as f64).sqrt();
+    SegmentErrors {
+        nrmse,
+        by_run,
+        ratio,
+        trimmed: fit.trimmed,
+        segments: segments.to_vec(),
+        mean_square: fit.mean_square.clone(),
+        point: fit.point.clone(),
+        all_segments: None,
+    }
+}
+
+/// Share of the segments of a run that an error leaves out: those that graze a transition, where the
+/// prediction turns on the last digit of the start state even with the true model.
+pub const GRAZING: f64 = 0.1;
+
+/// Mean of the squares without the largest tenth; NaN if there are none.
+pub fn typical(squares: &mut [f64]) -> f64 {
+    squares.sort_by(f64::total_cmp);
+    let kept = &squares[..squares.len() - (squares.len() as f64 * GRAZING) as usize];
+    kept.iter().sum::<f64>() / kept.len() as f64
+}
+
+/// Segments on which a held-out errors estimates what is a run's own, and those it judges.
+pub fn held_out_segments(problem: &Problem) -> (Vec<usize>, Vec<usize>) {
+    let none = !problem.held_out.iter().any(|h| *h);
+    let pick = |parity: usize| -> Vec<usize> {
+        (0..problem.campaign.runs.len())
+            .filter(|&run| none || problem.held_out[run])
+            .flat_map(|run| {
+                let of_run: Vec<usize> = (0..problem.segments.len())
+                    .filter(|&k| problem.segments[k].run == run)
+                    .collect();
+                of_run
+                    .into_iter()
+                    .enumerate()
+                    .filter(move |(i, _)| i % 2 == parity)
+                    .map(|(_, k)| k)
+                    .collect::<Vec<_>>()
+            })
+            .collect()
+    };
+    (pick(0), pick(1))
+}
+
+/// Every how many-th of the segments kept out is used in a brief errors.
+const BRIEF_EVERY: usize = 3;
+
+/// Judges a hypothesis on what its fit has not seen.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn held_out(
+    problem: &Problem,
+    fitted: &FittedHypothesis,
+    care: Care,
+) -> Result<SegmentErrors, Error> {
+    held_out_from(problem, fitted, care, None)
+}
+
+/// The same, what is a run's own (but for phases, which are looked for all round) and the start states being looked for
+/// from where a smaller hypothesis, judged before, found them.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn held_out_from(
+    problem: &Problem,
+    fitted: &FittedHypothesis,
+    care: Care,
+    smaller: Option<(&Hypothesis, &SegmentErrors)>,
+) -> Result<SegmentErrors, Error> {
+    let (mut learn, mut test) = held_out_segments(problem);
+    if care == Care::Brief {
+        // The same places in both, so that each segment judged follows one that teaches.
+        let some = |list: Vec<usize>| list.into_iter().step_by(BRIEF_EVERY).collect();
+        (learn, test) = (some(learn), some(test));
+    }
+    let h = &fitted.hypothesis;
+    let mut predictor = problem.predictor(h)?;
+    // What varies with the place on the belt can be learned only where the run passes: there every segment
+    // teaches, and what is judged are the samples in between those used (every second).
+    let local = h.per_run.iter().flatten().any(|k| k.support.is_some());
+    let mut both: Vec<usize> = learn.iter().chain(&test).copied().collect();
+    both.sort_unstable();
+    let learn = if local { both.clone() } else { learn };
+    let learn_segments = problem.copies(&learn);
+    let mut start = from_fitted_runs(problem, fitted, &learn_segments);
+    if let Some((known, judged)) = smaller {
+        let out: Vec<usize> = (0..problem.held_out.len())
+            .filter(|&run| problem.held_out[run])
+            .collect();
+        take_over(h, &learn, &mut start, known, judged, &out);
+    }
+    let options = FitOptions {
+        iterations: match (care, local) {
+            (Care::Brief, false) => 3,
+            (Care::Thorough, false) => 6,
+            // Many values of its own, from nothing known.
+            (_, true) => 15,
+        },
+        stride: STRIDE,
+        share: 1.0,
+        tolerance: 1e-3,
+        patience: 1,
+        parameters: true,
+        shared: false,
+        reinitialise: true,
+        belief: 1.0,
+        robust: true,
+        reference: true,
+    };
+    let data = problem.data(&learn_segments);
+    let learned = run_parameters::learn(&mut predictor, h, &data, start, options, care);
+    // Both halves together, so that a start can be taken from the end of the segment before.
+    let segments = problem.copies(&both);
+    let mut start = Point::centre(h, &segments);
+    start.shared = learned.point.shared;
+    start.per_run = learned.point.per_run;
+    if let Some((known, judged)) = smaller {
+        take_over(h, &both, &mut start, known, judged, &[]);
+    }
+    let data = problem.data(&segments);
+    let judged = FitOptions {
+        stride: if local { 1 } else { STRIDE },
+        ..options
+    };
+    let fit = Fitter::new(&mut predictor, h, &data, judged).fit_initial_states(start);
+    let judged = of_fit(problem, &test, &only(&fit, &both, &test));
+    Ok(SegmentErrors {
+        all_segments: Some((both, fit.point)),
+        ..judged
+    })
+}
+
+/// Where what runs kept out have of their own is looked for: the shared parameters as fitted, and their own near those of the runs fitted.
+///
+/// Friction levels of runs on one rig lie near each other, perhaps far from what was believed of them.
+pub(crate) fn from_fitted_runs(
+    problem: &Problem,
+    fitted: &FittedHypothesis,
+    segments: &[Segment],
+) -> Point {
+    let h = &fitted.hypothesis;
+    let mut start = Point::centre(h, segments);
+    start.shared.clone_from(&fitted.fit.point.shared);
+    let (out, learned): (Vec<usize>, Vec<usize>) =
+        (0..problem.held_out.len()).partition(|&run| problem.held_out[run]);
+    for &run in &learned {
+        start.per_run[run].clone_from(&fitted.fit.point.per_run[run]);
+    }
+    start.spread_per_run(h, &learned, &out);
+    start
+}
+
+/// Takes the start states of the segments `list`, and what the runs `runs` have of their own, from where a smaller
+/// hypothesis stood when it was judged.
+fn take_over(
+    h: &Hypothesis,
+    list: &[usize],
+    start: &mut Point,
+    known: &Hypothesis,
+    judged: &SegmentErrors,
+    runs: &[usize],
+) {
+    let Some((segments, point)) = &judged.all_segments else {
+        return;
+    };
+    for &run in runs {
+        let (smaller, larger) = (&known.per_run[run], &h.per_run[run]);
+        widen_per_run(
+            smaller,
+            &point.per_run[run],
+            larger,
+            &mut start.per_run[run],
+        );
+    }
+    for (place, k) in list.iter().enumerate() {
+        let Some(there) = segments.iter().position(|s| s == k) else {
+            continue;
+        };
+        widen_state(known, &point.states[there], h, &mut start.states[place]);
+        start.stuck[place] = point.stuck[there];
+    }
+}
+
+/// The part of a fit that belongs to some of its segments.
+fn only(fit: &Fit, all: &[usize], wanted: &[usize]) -> Fit {
+    let places: Vec<usize> = wanted
+        .iter()
+        .filter_map(|k| all.iter().position(|a| a == k))
+        .collect();
+    let mut point = fit.point.clone();
+    point.states = places
+        .iter()
+        .map(|&i| fit.point.states[i].clone())
+        .collect();
+    point.stuck = places.iter().map(|&i| fit.point.stuck[i]).collect();
+    Fit {
+        mean_square: places.iter().map(|&i| fit.mean_square[i]).collect(),
+        point,
+        ..fit.clone()
+    }
+}
