@@ -16,7 +16,7 @@ use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
 
@@ -57,7 +57,7 @@ pub(crate) struct Steps {
 
 /// A fit in progress.
 pub struct Fitter<'a, 'b> {
-    pub(crate) predictor: &'b mut Predictor<'a>,
+    pub(crate) simulator: &'b mut dyn Simulator,
     pub(crate) hypothesis: &'a Hypothesis,
     pub(crate) data: &'b Observations<'b>,
     pub(crate) options: FitOptions,
@@ -73,7 +73,7 @@ pub struct Fitter<'a, 'b> {
 impl<'a, 'b> Fitter<'a, 'b> {
     /// A fitter.
     pub fn new(
-        predictor: &'b mut Predictor<'a>,
+        simulator: &'b mut dyn Simulator,
         hypothesis: &'a Hypothesis,
         data: &'b Observations<'b>,
         options: FitOptions,
@@ -96,7 +96,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             .collect();
         Self {
             steps,
-            predictor,
+            simulator,
             hypothesis,
             data,
             options,
@@ -116,14 +116,10 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let segment = &self.data.segments[k];
         let used = self.used(segment);
         let mut out = std::mem::take(&mut self.buffer);
-        let result = self.predictor.predict(
+        let result = self.simulator.predict(
             segment,
-            &point.shared,
-            &point.per_run[segment.run],
-            &point.states[k],
-            point.stuck[k],
-            used,
-            self.options.stride,
+            point.values(k, segment.run),
+            Samples::of(used, self.options.stride),
             &mut out,
         );
         let stride = self.options.stride;
@@ -141,7 +137,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
                 .collect();
             // What ran away counts as far off from there on: without a value, a fit that begins far from the data would
             // have nothing to descend on.
-            residual.resize(used.div_ceil(stride), self.predictor.limit(segment.run));
+            residual.resize(used.div_ceil(stride), self.simulator.limit(segment.run));
             residual
         });
         self.buffer = out;
@@ -150,7 +146,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// Number of samples that were predicted before the motion ran away.
     pub(crate) fn predicted(&self, k: usize, residual: &[f64]) -> usize {
-        let limit = self.predictor.limit(self.data.segments[k].run);
+        let limit = self.simulator.limit(self.data.segments[k].run);
         // What was predicted is nearer than that, or zero where it is not trusted.
         let end = residual.iter().position(|r| *r == limit && limit > 0.0);
         end.unwrap_or(residual.len())

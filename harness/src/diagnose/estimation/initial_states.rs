@@ -110,7 +110,7 @@ impl Fitter<'_, '_> {
         if k > 0 && self.data.segments[k - 1].run == segment.run && good(self, k - 1, sums[k - 1]) {
             let _ = self.sum(k - 1, point);
             if let Ok(start) =
-                self.predictor
+                self.simulator
                     .carry_on(segment, &point.shared, &point.per_run[segment.run])
             {
                 point.put(k, start);

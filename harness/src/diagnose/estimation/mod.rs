@@ -6,6 +6,8 @@ pub mod fitter;
 pub mod initial_states;
 pub mod levenberg_marquardt;
 pub mod likelihood;
+#[cfg(test)]
+mod linear_toy;
 pub mod nesting;
 pub mod normal_equations;
 pub mod run_parameters;

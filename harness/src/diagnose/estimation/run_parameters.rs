@@ -7,12 +7,12 @@ use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::Scale;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::simulator::Simulator;
 
 /// Fits what is a run's own; phases from several starts.
-pub fn learn<'a>(
-    predictor: &mut Predictor<'a>,
-    h: &'a Hypothesis,
+pub fn learn(
+    simulator: &mut dyn Simulator,
+    h: &Hypothesis,
     data: &Observations,
     start: Point,
     options: FitOptions,
@@ -31,7 +31,7 @@ pub fn learn<'a>(
         })
         .collect();
     if phases.is_empty() {
-        return fit_states_then_all(&mut Fitter::new(predictor, h, data, options), start, care);
+        return fit_states_then_all(&mut Fitter::new(simulator, h, data, options), start, care);
     }
     debug_assert!(
         phases
@@ -51,7 +51,7 @@ pub fn learn<'a>(
         for &(run, i) in &phases {
             point.per_run[run][i] = f64::from(step) * std::f64::consts::TAU / 6.0;
         }
-        let fit = Fitter::new(predictor, h, data, quick).run(point);
+        let fit = Fitter::new(simulator, h, data, quick).run(point);
         for &(run, i) in &phases {
             let mut errors: Vec<f64> = data
                 .segments
@@ -72,7 +72,7 @@ pub fn learn<'a>(
     for &(run, i) in &phases {
         point.per_run[run][i] = best[run].1;
     }
-    fit_states_then_all(&mut Fitter::new(predictor, h, data, options), point, care)
+    fit_states_then_all(&mut Fitter::new(simulator, h, data, options), point, care)
 }
 
 /// Start states first, then with them what is a run's own; twice, since a segment that was lost at first is

@@ -3,6 +3,7 @@
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions};
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::{Point, Turn};
+use crate::diagnose::model::simulator::{Samples, SegmentValues};
 use nalgebra::{DMatrix, DVector};
 
 /// A segment's prediction, linearised.
@@ -132,14 +133,11 @@ impl Fitter<'_, '_> {
         let segment = &self.data.segments[k];
         let stride = self.options.stride;
         let mut slopes = Vec::new();
-        let done = self.predictor.differentiate(
+        let done = self.simulator.differentiate(
             segment,
-            &values.shared,
-            &values.per_run,
-            &values.state,
-            stuck,
+            values.at(stuck),
             turns,
-            (count, stride),
+            Samples { count, stride },
             &mut slopes,
         );
         for slopes in slopes.chunks_mut(count.max(1)) {
@@ -172,14 +170,10 @@ impl Fitter<'_, '_> {
         for _ in 0..ATTEMPTS {
             let (at, step) = self.step_of(k, values, turn);
             *values.of(turn) = at + step;
-            let done = self.predictor.predict(
+            let done = self.simulator.predict(
                 segment,
-                &values.shared,
-                &values.per_run,
-                &values.state,
-                stuck,
-                used,
-                stride,
+                values.at(stuck),
+                Samples::of(used, stride),
                 &mut out,
             );
             *values.of(turn) = at;
@@ -262,6 +256,15 @@ struct Values {
 }
 
 impl Values {
+    fn at(&self, stuck: bool) -> SegmentValues<'_> {
+        SegmentValues {
+            shared: &self.shared,
+            per_run: &self.per_run,
+            state: &self.state,
+            stuck,
+        }
+    }
+
     fn of(&mut self, turn: Turn) -> &mut f64 {
         match turn {
             Turn::State(i) => &mut self.state[i],

@@ -4,6 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -80,16 +81,11 @@ fn run_segment(
 ) -> Vec<f64> {
     let point = &judgement.point;
     let mut out = Vec::with_capacity(segment.time.len());
-    let per_run = &point.per_run[segment.run];
     // A state that the FMU can't start from leaves the picture empty at this segment.
     let _ = predictor.predict(
         segment,
-        &point.shared,
-        per_run,
-        &point.states[place],
-        point.stuck[place],
-        segment.time.len(),
-        1,
+        point.values(place, segment.run),
+        Samples::all(segment),
         &mut out,
     );
     out.resize(segment.time.len(), f64::NAN);

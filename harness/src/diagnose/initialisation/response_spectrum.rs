@@ -14,7 +14,7 @@ use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::{Argument, Line, argument, periodic};
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -46,7 +46,7 @@ struct SegmentNormal {
 /// other effects.
 #[allow(clippy::too_many_arguments)]
 pub fn lines(
-    predictor: &mut Predictor,
+    simulator: &mut dyn Simulator,
     h: &Hypothesis,
     effect: &EffectCard,
     data: &Observations,
@@ -102,13 +102,13 @@ pub fn lines(
     probe.shared[a] = 0.05 * effect.parameters[amplitude].typical;
     let strength = probe.shared[a];
     let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.segments.len())
-        .map(|k| baseline(predictor, data, point, a, k, stride))
+        .map(|k| baseline(simulator, data, point, a, k, stride))
         .collect();
     let states: Vec<Option<DMatrix<f64>>> = (0..data.segments.len())
         .map(|k| {
             base[k]
                 .as_ref()
-                .and_then(|(y, _)| projector(predictor, h, data, point, a, k, stride, y))
+                .and_then(|(y, _)| projector(simulator, h, data, point, a, k, stride, y))
         })
         .collect();
     let mut found: Vec<Line> = Vec::new();
@@ -130,15 +130,11 @@ pub fn lines(
             for angle in [0.0, -0.25 * TAU] {
                 probe.per_run[segment.run][p] = angle;
                 let mut out = Vec::new();
-                if predictor
+                if simulator
                     .predict(
                         segment,
-                        &probe.shared,
-                        &probe.per_run[segment.run],
-                        &probe.states[k],
-                        probe.stuck[k],
-                        segment.time.len(),
-                        stride,
+                        probe.values(k, segment.run),
+                        Samples::of(segment.time.len(), stride),
                         &mut out,
                     )
                     .is_ok_and(|done| done)
@@ -224,7 +220,7 @@ fn range(segments: &[Segment], argument: Argument) -> f64 {
 
 /// Prediction and residual without the effect.
 fn baseline(
-    predictor: &mut Predictor,
+    simulator: &mut dyn Simulator,
     data: &Observations,
     point: &Point,
     a: usize,
@@ -235,15 +231,14 @@ fn baseline(
     let mut shared = point.shared.clone();
     shared[a] = 0.0;
     let mut out = Vec::new();
-    predictor
+    simulator
         .predict(
             segment,
-            &shared,
-            &point.per_run[segment.run],
-            &point.states[k],
-            point.stuck[k],
-            segment.time.len(),
-            stride,
+            SegmentValues {
+                shared: &shared,
+                ..point.values(k, segment.run)
+            },
+            Samples::of(segment.time.len(), stride),
             &mut out,
         )
         .ok()
@@ -265,7 +260,7 @@ fn baseline(
 /// Orthonormal basis of what the start state and a constant offset of friction can explain.
 #[allow(clippy::too_many_arguments)]
 fn projector(
-    predictor: &mut Predictor,
+    simulator: &mut dyn Simulator,
     h: &Hypothesis,
     data: &Observations,
     point: &Point,
@@ -284,15 +279,15 @@ fn projector(
         let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
         state[i] += step;
         let mut out = Vec::new();
-        predictor
+        simulator
             .predict(
                 segment,
-                &shared,
-                &point.per_run[segment.run],
-                &state,
-                point.stuck[k],
-                segment.time.len(),
-                stride,
+                SegmentValues {
+                    shared: &shared,
+                    state: &state,
+                    ..point.values(k, segment.run)
+                },
+                Samples::of(segment.time.len(), stride),
                 &mut out,
             )
             .ok()

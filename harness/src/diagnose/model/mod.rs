@@ -11,5 +11,6 @@ pub mod periodic;
 pub mod point;
 pub mod predictor;
 pub mod problem;
+pub mod simulator;
 pub mod variants;
 pub mod white_noise;

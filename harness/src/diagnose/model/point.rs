@@ -3,6 +3,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
+use crate::diagnose::model::simulator::SegmentValues;
 use crate::metric::median;
 
 /// Values of everything that can be turned, and the start states of all segments.
@@ -86,6 +87,16 @@ impl Point {
                     self.per_run[run][i] = believed(parameter) + median(&mut others);
                 }
             }
+        }
+    }
+
+    /// What the prediction of segment `k`, of run `run`, depends on.
+    pub fn values(&self, k: usize, run: usize) -> SegmentValues<'_> {
+        SegmentValues {
+            shared: &self.shared,
+            per_run: &self.per_run[run],
+            state: &self.states[k],
+            stuck: self.stuck[k],
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
 use crate::diagnose::model::point::{SegmentStart, Turn};
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::error::Error;
 use crate::fmu::{Directions, Fmu, Instance, Tangents};
 use crate::measurement::Run;
@@ -69,7 +70,13 @@ impl<'a> Predictor<'a> {
     }
 
     /// Lists the Real variables that a segment starts with.
-    fn gather(&mut self, segment: &Segment, shared: &[f64], per_run: &[f64], state: &[f64]) {
+    fn gather(&mut self, segment: &Segment, values: SegmentValues) {
+        let SegmentValues {
+            shared,
+            per_run,
+            state,
+            ..
+        } = values;
         let h = self.hypothesis;
         let r = self.references;
         let run = &self.runs[segment.run];
@@ -109,42 +116,31 @@ impl<'a> Predictor<'a> {
     }
 
     /// Puts the FMU at the start of a segment.
-    fn start(
-        &mut self,
-        segment: &Segment,
-        shared: &[f64],
-        per_run: &[f64],
-        state: &[f64],
-        stuck: bool,
-    ) -> Result<(), Error> {
-        self.gather(segment, shared, per_run, state);
-        let (names, values) = self.integers(stuck);
+    fn start(&mut self, segment: &Segment, values: SegmentValues) -> Result<(), Error> {
+        self.gather(segment, values);
+        let (names, integers) = self.integers(values.stuck);
         self.instance.reset()?;
-        self.instance.set_integer(&names, &values)?;
+        self.instance.set_integer(&names, &integers)?;
         self.instance.set_real(&self.names, &self.values)?;
         let origin = self.runs[segment.run].time[0];
         self.instance
             .initialize(segment.time[0] - origin, None, None)
     }
+}
 
-    /// Derivatives of the displacement at every `stride`-th of the first times of the segment, `count` of them, by each of
-    /// `turns`, one after another in `slopes`; `false` where the FMU does not offer them or can't follow the motion.
-    #[allow(clippy::too_many_arguments)]
-    pub fn differentiate(
+impl Simulator for Predictor<'_> {
+    fn differentiate(
         &mut self,
         segment: &Segment,
-        shared: &[f64],
-        per_run: &[f64],
-        state: &[f64],
-        stuck: bool,
+        values: SegmentValues,
         turns: &[Turn],
-        (count, stride): (usize, usize),
+        samples: Samples,
         slopes: &mut Vec<f64>,
     ) -> bool {
         if self.tangents.is_none() || turns.is_empty() {
             return false;
         }
-        self.gather(segment, shared, per_run, state);
+        self.gather(segment, values);
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
         for &turn in turns {
@@ -154,59 +150,48 @@ impl<'a> Predictor<'a> {
                 Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
                 Turn::Shared(c) => {
                     let of = (&self.runs[segment.run], segment);
-                    self.directions.push(h.changes(r, of, c, shared[c]));
+                    self.directions.push(h.changes(r, of, c, values.shared[c]));
                 }
                 Turn::PerRun(c) => self
                     .directions
-                    .push(h.per_run[segment.run][c].changes(per_run[c])),
+                    .push(h.per_run[segment.run][c].changes(values.per_run[c])),
             }
         }
         let origin = self.runs[segment.run].time[0];
+        let Samples { count, stride } = samples;
         let times: Vec<f64> = (0..count)
             .map(|i| segment.time[i * stride] - origin)
             .collect();
-        let (integers, integer_values) = self.integers(stuck);
-        let mut values = vec![0.0; count];
+        let (integers, integer_values) = self.integers(values.stuck);
+        let mut motion = vec![0.0; count];
         slopes.clear();
         slopes.resize(count * turns.len(), 0.0);
         let tangents = self.tangents.as_mut().expect("looked at above");
         tangents.set((&integers, &integer_values), (&self.names, &self.values))
-            && tangents.evaluate(&times, r.measured, &self.directions, &mut values, slopes)
+            && tangents.evaluate(&times, r.measured, &self.directions, &mut motion, slopes)
     }
 
-    /// Deviation in m from the measurement at which a prediction of run `run` is given up.
-    pub fn limit(&self, run: usize) -> f64 {
+    fn limit(&self, run: usize) -> f64 {
         RUNAWAY * self.reach[run]
     }
 
-    /// Writes the predicted displacement at every `stride`-th of the first `used` times of the segment;
-    /// `false` if the motion ran away from the measurement and was given up, after the times written.
-    ///
-    /// # Errors
-    /// Values that the FMU refuses, or a motion that it can't follow.
-    #[allow(clippy::too_many_arguments)]
-    pub fn predict(
+    fn predict(
         &mut self,
         segment: &Segment,
-        shared: &[f64],
-        per_run: &[f64],
-        state: &[f64],
-        stuck: bool,
-        used: usize,
-        stride: usize,
+        values: SegmentValues,
+        samples: Samples,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
         // Time of the campaign's runs counts from their own first sample.
         let origin = self.runs[segment.run].time[0];
         let mut t = segment.time[0] - origin;
-        self.start(segment, shared, per_run, state, stuck)?;
+        self.start(segment, values)?;
         let r = self.references;
         out.clear();
         let mut y = [0.0];
         self.instance.get_real(&[r.measured], &mut y)?;
         out.push(y[0]);
-        let mut k = stride;
-        while k < used {
+        for k in (1..samples.count).map(|i| i * samples.stride) {
             let next = segment.time[k] - origin;
             self.instance.do_step(t, next - t)?;
             self.instance.get_real(&[r.measured], &mut y)?;
@@ -216,18 +201,12 @@ impl<'a> Predictor<'a> {
             }
             out.push(y[0]);
             t = next;
-            k += stride;
         }
         self.now = t;
         Ok(true)
     }
 
-    /// Goes on from the end of the segment just predicted to the start of the next one and reads where the
-    /// motion is then.
-    ///
-    /// # Errors
-    /// A motion that the FMU can't follow.
-    pub fn carry_on(
+    fn carry_on(
         &mut self,
         next: &Segment,
         shared: &[f64],
@@ -245,15 +224,21 @@ impl<'a> Predictor<'a> {
         self.instance.get_integer(&[r.contact_mode], &mut mode)?;
         let stuck = mode[0] == 0;
         let extra: Vec<u32> = self.hypothesis.extra_states.iter().map(|s| s.0).collect();
-        let mut values = vec![0.0; extra.len()];
-        self.instance.get_real(&extra, &mut values)?;
+        let mut reached = vec![0.0; extra.len()];
+        self.instance.get_real(&extra, &mut reached)?;
         state.resize(modal + extra.len(), 0.0);
         if !extra.is_empty() {
             // Effects' states count from their equilibrium, which the FMU tells when it is started there.
-            self.start(next, shared, per_run, &state, stuck)?;
+            let values = SegmentValues {
+                shared,
+                per_run,
+                state: &state,
+                stuck,
+            };
+            self.start(next, values)?;
             let mut equilibrium = vec![0.0; extra.len()];
             self.instance.get_real(&extra, &mut equilibrium)?;
-            for (i, (value, rest)) in values.iter().zip(&equilibrium).enumerate() {
+            for (i, (value, rest)) in reached.iter().zip(&equilibrium).enumerate() {
                 state[modal + i] = value - rest;
             }
         }

@@ -10,6 +10,7 @@
 use crate::diagnose::initialisation::search_options::{BRIEF, HIDDEN};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::Screen;
@@ -81,17 +82,10 @@ fn predictions(
     let mut out = Vec::new();
     for (k, segment) in screen.segments.iter().enumerate() {
         let mut y = Vec::new();
-        let per_run = &point.per_run[segment.run];
-        let (state, stuck) = (&point.states[k], point.stuck[k]);
-        let all = segment.time.len();
         let done = predictor.predict(
             segment,
-            &point.shared,
-            per_run,
-            state,
-            stuck,
-            all,
-            1,
+            point.values(k, segment.run),
+            Samples::all(segment),
             &mut y,
         );
         match done {

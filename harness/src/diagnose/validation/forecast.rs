@@ -22,6 +22,7 @@ use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::{Point, SegmentStart};
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::validation::segment_errors::from_fitted_runs;
 use crate::error::Error;
@@ -270,17 +271,14 @@ impl<'a> Seen<'a> {
             ..from.clone()
         };
         let mut out = Vec::new();
+        let values = SegmentValues {
+            shared: &self.shared,
+            per_run: &self.per_run,
+            state: &start.state,
+            stuck: start.stuck,
+        };
         // A motion that the FMU can't follow ends there.
-        let _ = predictor.predict(
-            &long,
-            &self.shared,
-            &self.per_run,
-            &start.state,
-            start.stuck,
-            range.len(),
-            1,
-            &mut out,
-        );
+        let _ = predictor.predict(&long, values, Samples::all(&long), &mut out);
         out.resize(range.len(), f64::NAN);
         out
     }

@@ -1,7 +1,7 @@
 //! Whether what a model leaves is white, as the sensor's noise is.
 //!
 //! The size of the residuals says little more than the noise estimate is good for, a few percent; a wrong model may hide
-//! below that. But what a wrong model leaves is slow beside the sampling, while white noise has the same power at all
+//! below that. But what a wrong model leaves is slow beside the samples, while white noise has the same power at all
 //! frequencies. So the power of the residuals' discrete cosine transform in the lowest fifth of the coefficients is compared
 //! with that in the upper half:
 //!
@@ -10,12 +10,13 @@
 //! ```
 //!
 //! with the means of the upper half taken over all segments of a run. The fitted start states take a few of the lowest
-//! coefficients, so that noise alone gives somewhat less than 1. Holds for a sampling rate well above the motion's
+//! coefficients, so that noise alone gives somewhat less than 1. Holds for a samples rate well above the motion's
 //! frequencies and for noise that the recorder has not smoothed.
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::error::Error;
 use std::f64::consts::PI;
 
@@ -41,17 +42,10 @@ pub fn spectral_ratio(
     let mut low = Vec::new();
     let mut y = Vec::new();
     for (i, segment) in segments.iter().enumerate() {
-        let (per_run, state) = (&point.per_run[segment.run], &point.states[i]);
-        let all = segment.time.len();
-        let stuck = point.stuck[i];
         let done = predictor.predict(
             segment,
-            &point.shared,
-            per_run,
-            state,
-            stuck,
-            all,
-            1,
+            point.values(i, segment.run),
+            Samples::all(segment),
             &mut y,
         );
         // A gap would look like motion.

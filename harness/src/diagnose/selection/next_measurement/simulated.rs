@@ -4,6 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::error::Error;
@@ -66,16 +67,13 @@ pub(crate) fn simulated(
     let mut predictor = Predictor::new(problem.fmu, &problem.references, &runs, hypothesis)?;
     let point = &truth.fitted.fit.point;
     let mut out = Vec::new();
-    let done = predictor.predict(
-        &segment,
-        &point.shared,
-        &point.per_run[r],
-        &segment.state,
-        segment.stuck,
-        count,
-        1,
-        &mut out,
-    );
+    let values = SegmentValues {
+        shared: &point.shared,
+        per_run: &point.per_run[r],
+        state: &segment.state,
+        stuck: segment.stuck,
+    };
+    let done = predictor.predict(&segment, values, Samples::of(count, 1), &mut out);
     if !matches!(done, Ok(true)) {
         return Ok(None);
     }

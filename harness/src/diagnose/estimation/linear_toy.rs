@@ -1,0 +1,286 @@
+//! A linear model in the place of the FMU, on which fit, elimination and evidence have closed forms.
+//!
+//! ```text
+//! w(t) = x_1 + x_2 t + b_r + sum_c theta_c phi_c(t),   phi_c = cos((c + 1) 40 t / s)
+//! ```
+//!
+//! with a start state x of each segment, an offset b_r of each run and shared parameters theta. Everything believed of them is
+//! normal, the noise is white: the posterior is normal, and its mean, covariance and evidence follow from one linear system.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::Fit;
+use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::estimation::fitter::Fitter;
+use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::observations::Observations;
+use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::diagnose::model::point::{Point, SegmentStart, Turn};
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::thresholds::STATE_SPREAD;
+use crate::error::Error;
+use nalgebra::{DMatrix, DVector};
+
+const NOISE: f64 = 1e-6;
+const RUNS: usize = 2;
+const SEGMENTS: usize = 3;
+const SAMPLES: usize = 60;
+const INTERVAL: f64 = 1e-3;
+/// What is believed of every parameter: zero, with this standard deviation in m.
+const BELIEF: f64 = 3e-6;
+
+/// The linear model; with `tangents` it tells its derivatives, else they are taken by differences.
+struct LinearToy {
+    tangents: bool,
+}
+
+fn shape(c: usize, t: f64) -> f64 {
+    (40.0 * (c + 1) as f64 * t).cos()
+}
+
+fn slope(turn: Turn, t: f64, start: f64) -> f64 {
+    match turn {
+        Turn::State(0) => 1.0,
+        Turn::State(_) => t - start,
+        Turn::Shared(c) => shape(c, t),
+        Turn::PerRun(_) => 0.5,
+    }
+}
+
+impl Simulator for LinearToy {
+    fn predict(
+        &mut self,
+        segment: &Segment,
+        values: SegmentValues,
+        samples: Samples,
+        out: &mut Vec<f64>,
+    ) -> Result<bool, Error> {
+        out.clear();
+        out.extend((0..samples.count).map(|i| {
+            let t = segment.time[i * samples.stride];
+            let of = |turn| slope(turn, t, segment.time[0]);
+            let shared = values.shared.iter().enumerate();
+            let states = values.state.iter().enumerate();
+            shared.map(|(c, u)| u * of(Turn::Shared(c))).sum::<f64>()
+                + states.map(|(c, x)| x * of(Turn::State(c))).sum::<f64>()
+                + values.per_run[0] * of(Turn::PerRun(0))
+        }));
+        Ok(true)
+    }
+
+    fn differentiate(
+        &mut self,
+        segment: &Segment,
+        _: SegmentValues,
+        turns: &[Turn],
+        samples: Samples,
+        slopes: &mut Vec<f64>,
+    ) -> bool {
+        slopes.clear();
+        for turn in turns {
+            let times = (0..samples.count).map(|i| segment.time[i * samples.stride]);
+            slopes.extend(times.map(|t| slope(*turn, t, segment.time[0])));
+        }
+        self.tangents
+    }
+
+    fn carry_on(&mut self, next: &Segment, _: &[f64], _: &[f64]) -> Result<SegmentStart, Error> {
+        Ok(SegmentStart {
+            state: next.state.clone(),
+            stuck: next.stuck,
+        })
+    }
+
+    fn limit(&self, _: usize) -> f64 {
+        1.0
+    }
+}
+
+fn parameter(kind: Kind) -> Parameter {
+    Parameter {
+        name: "toy".into(),
+        unit: "m".into(),
+        kind,
+        targets: Vec::new(),
+        scale: Scale::Linear,
+        prior: 0.0,
+        prior_std: BELIEF,
+        min: -1.0,
+        max: 1.0,
+        step: 1e-7,
+        support: None,
+    }
+}
+
+/// The toy with so many shared parameters.
+fn hypothesis(shared: usize) -> Hypothesis {
+    Hypothesis {
+        choices: Vec::new(),
+        shared: vec![parameter(Kind::Reference); shared],
+        per_run: vec![vec![parameter(Kind::Offset)]; RUNS],
+        fixed: Vec::new(),
+        extra_states: Vec::new(),
+        has_memory: false,
+        modes: 1,
+        state_scales: vec![1.0, 100.0],
+        input_scales: [0, 0],
+    }
+}
+
+/// Segments measured with white noise; the first two shared parameters act.
+fn segments() -> Vec<Segment> {
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut normal = || (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+    let mut all = Vec::new();
+    for run in 0..RUNS {
+        let offset = BELIEF * normal();
+        for k in 0..SEGMENTS {
+            let state = [2.0 * NOISE * normal(), 200.0 * NOISE * normal()];
+            let first = k * SAMPLES;
+            let time: Vec<f64> = (first..first + SAMPLES)
+                .map(|i| INTERVAL * i as f64)
+                .collect();
+            let measured = time.iter().map(|&t| {
+                let motion = state[0] + state[1] * (t - time[0]) + 0.5 * offset;
+                motion + 2e-6 * shape(0, t) - 1e-6 * shape(1, t) + NOISE * normal()
+            });
+            all.push(Segment {
+                run,
+                first,
+                measured: measured.collect(),
+                trusted: vec![true; SAMPLES],
+                count: SAMPLES,
+                stuck: false,
+                dwell: 0.0,
+                travel: 0.0,
+                travel_end: 0.0,
+                state: vec![0.0; 2],
+                time,
+            });
+        }
+    }
+    all
+}
+
+/// A fit of the toy, on the objective of the evidence.
+fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
+    let data = Observations {
+        segments,
+        noise: &[NOISE; RUNS],
+    };
+    let options = FitOptions {
+        stride: 1,
+        robust: false,
+        tolerance: 1e-12,
+        ..FitOptions::search(20)
+    };
+    let mut toy = LinearToy { tangents };
+    Fitter::new(&mut toy, h, &data, options).run(Point::centre(h, segments))
+}
+
+/// Columns of all that is free (shared, then each run's offset, then each segment's state) over the noise, and the data over it.
+fn dense(h: &Hypothesis, segments: &[Segment]) -> (DMatrix<f64>, DVector<f64>) {
+    let shared = h.shared.len();
+    let free = shared + RUNS + 2 * segments.len();
+    let mut matrix = DMatrix::zeros(SAMPLES * segments.len(), free);
+    let mut data = DVector::zeros(SAMPLES * segments.len());
+    for (k, segment) in segments.iter().enumerate() {
+        for (i, &t) in segment.time.iter().enumerate() {
+            let row = k * SAMPLES + i;
+            data[row] = segment.measured[i] / NOISE;
+            let mut put =
+                |column, turn| matrix[(row, column)] = slope(turn, t, segment.time[0]) / NOISE;
+            (0..shared).for_each(|c| put(c, Turn::Shared(c)));
+            put(shared + segment.run, Turn::PerRun(0));
+            (0..2).for_each(|c| put(shared + RUNS + 2 * k + c, Turn::State(c)));
+        }
+    }
+    (matrix, data)
+}
+
+/// Precision of what is believed: none of the states.
+fn believed(h: &Hypothesis, free: usize) -> DMatrix<f64> {
+    let parameters = h.shared.len() + RUNS;
+    let one = |i: usize| if i < parameters { BELIEF.powi(-2) } else { 0.0 };
+    DMatrix::from_diagonal(&DVector::from_fn(free, |i, _| one(i)))
+}
+
+#[test]
+fn val_a_fit_is_the_mean_of_the_posterior() {
+    // Source: the normal equations of all parameters and start states, solved as one dense system.
+    let (h, segments) = (hypothesis(3), segments());
+    let (matrix, data) = dense(&h, &segments);
+    let information = matrix.tr_mul(&matrix) + believed(&h, matrix.ncols());
+    let mean = information
+        .lu()
+        .solve(&matrix.tr_mul(&data))
+        .expect("regular");
+    for tangents in [true, false] {
+        let fit = fit(&h, &segments, tangents);
+        for c in 0..3 {
+            let error = fit.point.shared[c] - mean[c];
+            assert!(error.abs() < 1e-5 * BELIEF, "{c}: {error:e} m");
+        }
+        for run in 0..RUNS {
+            let error = fit.point.per_run[run][0] - mean[3 + run];
+            assert!(error.abs() < 1e-5 * BELIEF, "run {run}: {error:e} m");
+        }
+        for (k, state) in fit.point.states.iter().enumerate() {
+            let error = state[0] - mean[3 + RUNS + 2 * k];
+            assert!(error.abs() < 1e-5 * BELIEF, "segment {k}: {error:e} m");
+        }
+    }
+}
+
+#[test]
+fn val_the_covariance_is_that_with_the_start_states_free() {
+    // Source: the block of the inverse of the dense information matrix (Schur complement).
+    let (h, segments) = (hypothesis(3), segments());
+    let (matrix, _) = dense(&h, &segments);
+    let information = matrix.tr_mul(&matrix) + believed(&h, matrix.ncols());
+    let inverse = information.try_inverse().expect("regular");
+    let covariance = fit(&h, &segments, true).covariance.expect("asked for");
+    for i in 0..3 {
+        for j in 0..3 {
+            let scale = (inverse[(i, i)] * inverse[(j, j)]).sqrt();
+            let error = (covariance[(i, j)] - inverse[(i, j)]) / scale;
+            assert!(error.abs() < 1e-6, "{i} {j}: {error:e}");
+        }
+    }
+}
+
+/// Logarithm of the marginal likelihood up to a constant: `-1/2 (y' C^-1 y + ln det C)`, C the covariance of the data over the
+/// noise, all that is free being normal. The states' standard deviation is that of [`STATE_SPREAD`].
+fn log_marginal_likelihood(h: &Hypothesis, segments: &[Segment]) -> f64 {
+    let (matrix, data) = dense(h, segments);
+    let parameters = h.shared.len() + RUNS;
+    let variance = |i: usize| match i.checked_sub(parameters) {
+        None => BELIEF * BELIEF,
+        Some(state) => (STATE_SPREAD * NOISE * h.state_scales[state % 2]).powi(2),
+    };
+    let prior = DMatrix::from_diagonal(&DVector::from_fn(matrix.ncols(), |i, _| variance(i)));
+    let covariance =
+        DMatrix::identity(data.len(), data.len()) + &matrix * prior * matrix.transpose();
+    let factor = covariance.cholesky().expect("positive definite");
+    let log_determinant: f64 = factor.l().diagonal().iter().map(|v| 2.0 * v.ln()).sum();
+    -0.5 * (data.dot(&factor.solve(&data)) + log_determinant)
+}
+
+#[test]
+fn val_evidence_compares_hypotheses_as_their_marginal_likelihoods_do() {
+    // Source: the normal distribution of the data with everything free integrated out.
+    let segments = segments();
+    let by_fit: Vec<f64> = (1..=4)
+        .map(|n| fit(&hypothesis(n), &segments, true).log_evidence)
+        .collect();
+    let exact: Vec<f64> = (1..=4)
+        .map(|n| log_marginal_likelihood(&hypothesis(n), &segments))
+        .collect();
+    for n in 1..4 {
+        let error = (by_fit[n] - by_fit[0]) - (exact[n] - exact[0]);
+        assert!(error.abs() < 0.1, "{} parameters: {error} nats", n + 1);
+    }
+    // The second parameter acts, the third and the fourth do not: each costs what it could have been.
+    assert!(by_fit[1] > by_fit[0] + 3.0, "{by_fit:?}");
+    assert!(by_fit[2] < by_fit[1], "{by_fit:?}");
+    assert!(by_fit[3] < by_fit[2], "{by_fit:?}");
+}
