@@ -49,6 +49,11 @@ pub fn print_line(text: impl std::fmt::Display) -> Result<(), Error> {
     print(&format!("{text}\n"))
 }
 
+/// Tells on standard error what is not part of the result. Nobody may be listening there: that is no error.
+pub fn tell(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// Temporary files are private to their user; results are for everyone the folder lets in.
 #[cfg(unix)]
 fn make_readable(file: &std::fs::File) -> std::io::Result<()> {

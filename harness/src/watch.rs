@@ -1,8 +1,19 @@
 //! Who hears of the progress of long work, and may stop it.
 
+/// A named part of long work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// What is done in it.
+    pub name: &'static str,
+    /// Share (1) of the whole that is usually done when it ends.
+    pub until: f64,
+}
+
 /// Told what is being worked on.
 pub trait Watch: Sync {
-    /// A step of work begins: what, and its share of the whole.
+    /// A part of the work begins. Parts that were not needed are passed over.
+    fn stage(&self, _: Stage) {}
+    /// A step of work begins: what, and its share of the whole, or of the stage where there is one.
     fn step(&self, what: &str, done: usize, of: usize);
     /// Whether to stop at the next opportunity.
     fn stop(&self) -> bool;

@@ -8,18 +8,20 @@ use super::diagnose_page::likely;
 use super::progress::Progress;
 use super::{diagnose_page, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
+use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::library;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::assemble::conclude;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::{Step, climb};
 use crate::diagnose::result::run_sets::run_sets;
-use crate::diagnose::selection::stages::{Selection, calibrate_threshold, select};
+use crate::diagnose::selection::select::{Selection, calibrate_threshold, select};
+use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
-use crate::output::{make_folder, print, print_line, write_file};
+use crate::output::{make_folder, print, print_line, tell, write_file};
 use crate::provenance::Provenance;
 use crate::watch::Watch;
 
@@ -45,6 +47,9 @@ pub struct Arguments {
     /// Print diagnosis.json instead of the summary
     #[arg(long)]
     json: bool,
+    /// Tell on standard error how long each stage took and what was computed
+    #[arg(short, long)]
+    verbose: bool,
 }
 
 /// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
@@ -62,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let progress = Progress::new(Progress::STEPS);
+    let progress = Progress::new(Progress::STAGES);
     let diagnosis = diagnose(
         &fmu,
         &campaign,
@@ -71,6 +76,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         &progress,
     )?;
     progress.finish();
+    if arguments.verbose {
+        tell(costs(&progress, &diagnosis).trim_end());
+    }
+    if progress.stop() {
+        tell(format_args!(
+            "Stopped before the end. What was fitted is kept in {}: the same command goes on from there.",
+            arguments.output.join(UNFINISHED).display()
+        ));
+    }
     if arguments.json {
         print_line(written_json(&arguments.output)?)
     } else {
@@ -89,7 +103,11 @@ pub fn diagnose(
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
     let widened = pack::widened::with_effects(fmu, &library::FILES)?;
+    watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
+    let inputs = Provenance::of_campaign(campaign, fmu.path())?;
+    let inputs = format!("{} {} {hold_out:?}", inputs.version, inputs.inputs_sha256);
+    problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
     let mut selection = select(&problem, watch)?;
     if null > 0 {
         calibrate_threshold(&problem, &mut selection, null, watch)?;
@@ -97,9 +115,13 @@ pub fn diagnose(
     if selection.explained {
         problem.trust_sensor();
     }
-    watch.step("judging on the runs kept out", 0, 1);
+    watch.stage(stages::KEPT_OUT);
     let steps = climb(&problem, &selection)?;
-    report(fmu, &problem, &selection, &steps, "diagnose", output, watch)
+    let diagnosis = report(fmu, &problem, &selection, &steps, "diagnose", output, watch)?;
+    if !watch.stop() {
+        problem.finished.remove()?;
+    }
+    Ok(diagnosis)
 }
 
 /// Writes what a selection found into `output`.
@@ -126,7 +148,7 @@ pub fn report(
     let written = written.expect("the calibrated model is a step");
     repaired_model::write(fmu, &diagnosis, &run_sets(problem, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
-    watch.step("drawing report.html", 0, 1);
+    watch.stage(stages::REPORT);
     let command = format!(
         "stickslip {command} {} -o {}",
         campaign.folder.display(),
@@ -144,6 +166,24 @@ pub fn report(
     Ok(diagnosis)
 }
 
+/// How long each stage took, and what was computed.
+fn costs(progress: &Progress, diagnosis: &Diagnosis) -> String {
+    use std::fmt::Write as _;
+    let mut out = String::new();
+    for (stage, time) in progress.times() {
+        let _ = writeln!(out, "{stage:<28} {:>8.1} s", time.as_secs_f64());
+    }
+    let work = diagnosis.work;
+    let _ = writeln!(
+        out,
+        "{} fits, {} motions of a segment, {} derivatives of one",
+        work.fits, work.motions, work.sensitivities
+    );
+    out
+}
+
+/// Fits of a diagnosis that has not come to its end.
+const UNFINISHED: &str = "unfinished.fits";
 /// The diagnosis as a file.
 const JSON: &str = "diagnosis.json";
 

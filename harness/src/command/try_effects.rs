@@ -8,7 +8,8 @@ use super::diagnose::{report, terminal, written_json};
 use super::progress::Progress;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::climb;
-use crate::diagnose::selection::stages::follow;
+use crate::diagnose::selection::select::follow;
+use crate::diagnose::stages;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line};
@@ -47,13 +48,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     make_folder(&arguments.output)?;
-    let progress = Progress::new(Progress::STEPS);
+    let progress = Progress::new(Progress::STAGES);
     let selection = follow(&problem, &effects, &progress)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
     if selection.explained {
         problem.trust_sensor();
     }
-    progress.step("judging on the runs kept out", 0, 1);
+    progress.stage(stages::KEPT_OUT);
     let steps = climb(&problem, &selection)?;
     let diagnosis = report(
         &fmu,

@@ -7,5 +7,6 @@ pub mod initialisation;
 pub mod model;
 pub mod result;
 pub mod selection;
+pub mod stages;
 pub mod thresholds;
 pub mod validation;

@@ -20,7 +20,7 @@ use std::path::Path;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::Step;
-use crate::diagnose::selection::stages::Selection;
+use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
 use crate::provenance::Provenance;
 use crate::report::{Figure, Page};

@@ -9,9 +9,10 @@ use crate::measurement::Run;
 use crate::observer::{
     BeltVelocity, PhaseMode, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
 };
+use serde::Serialize;
 
 /// A piece of a run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Segment {
     /// Index of the run.
     pub run: usize,

@@ -4,9 +4,10 @@ use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 /// What a fit found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Fit {
     /// The point reached.
     pub point: Point,

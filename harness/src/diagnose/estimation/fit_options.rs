@@ -1,10 +1,12 @@
 //! How a fit is done.
 
+use serde::Serialize;
+
 /// Every how many-th sample is used while searching.
 pub const STRIDE: usize = 2;
 
 /// How a fit is done.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct FitOptions {
     /// Largest number of Jacobians.
     pub iterations: usize,

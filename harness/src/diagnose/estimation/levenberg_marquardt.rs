@@ -35,6 +35,7 @@ const RESTARTS: [usize; 3] = [1, 3, 5];
 impl Fitter<'_, '_> {
     /// Minimises the objective from `start`.
     pub fn run(&mut self, start: Point) -> Fit {
+        self.data.work.fit();
         let mut here = self.evaluate(start);
         let noise_alone: f64 = (0..here.sums.len()).map(|k| 0.5 * self.count(k)).sum();
         let (first_damping, tolerance) = if here.merit

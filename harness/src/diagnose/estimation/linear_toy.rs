@@ -16,6 +16,7 @@ use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::point::{Point, SegmentStart, Turn};
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::model::work::Work;
 use crate::diagnose::thresholds::STATE_SPREAD;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
@@ -166,6 +167,7 @@ fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
     let data = Observations {
         segments,
         noise: &[NOISE; RUNS],
+        work: &Work::default(),
     };
     let options = FitOptions {
         stride: 1,

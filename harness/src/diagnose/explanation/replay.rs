@@ -44,8 +44,14 @@ pub fn replay(
         .collect();
     let results = parallel(&parts, |part| {
         let runs = &problem.campaign.runs;
-        let mut motion = Predictor::new(problem.fmu, &problem.references, runs, hypothesis)?;
-        let mut contact = Predictor::new(problem.fmu, &observed, runs, hypothesis)?;
+        let mut motion = Predictor::new(
+            problem.fmu,
+            &problem.references,
+            runs,
+            hypothesis,
+            &problem.work,
+        )?;
+        let mut contact = Predictor::new(problem.fmu, &observed, runs, hypothesis, &problem.work)?;
         let one = |&i: &usize| {
             let index = judgement.segments[i];
             let segment = &problem.segments[index];

@@ -62,13 +62,16 @@ pub fn from_nested(
 ) -> Result<FittedHypothesis, Error> {
     let hypothesis = problem.hypothesis(choices)?;
     let data = problem.data(segments);
-    let mut predictor = problem.predictor(&hypothesis)?;
     let off = switched_off(problem, &hypothesis, base, segments);
     let as_compared = FitOptions {
         robust: false,
         ..FitOptions::search(BRIEF.first_fit)
     };
-    let fit = Fitter::new(&mut predictor, &hypothesis, &data, as_compared).run(off);
+    let question = ("run", choices, segments, data.noise, &off, as_compared);
+    let fit = problem.finished.recall(&question, || {
+        let mut predictor = problem.predictor(&hypothesis)?;
+        Ok(Fitter::new(&mut predictor, &hypothesis, &data, as_compared).run(off.clone()))
+    })?;
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
@@ -84,10 +87,14 @@ pub fn settled(
     options: FitOptions,
 ) -> Result<FittedHypothesis, Error> {
     let data = problem.data(segments);
-    let mut predictor = problem.predictor(&hypothesis)?;
-    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, options);
-    let settled = fitter.fit_initial_states(start);
-    let fit = fitter.run(settled.point);
+    let choices = &hypothesis.choices;
+    let question = ("settled", choices, segments, data.noise, &start, options);
+    let fit = problem.finished.recall(&question, || {
+        let mut predictor = problem.predictor(&hypothesis)?;
+        let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, options);
+        let settled = fitter.fit_initial_states(start.clone());
+        Ok(fitter.run(settled.point))
+    })?;
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
@@ -106,19 +113,40 @@ pub fn search(
     search: SearchOptions,
 ) -> Result<FittedHypothesis, Error> {
     let hypothesis = problem.hypothesis(choices)?;
-    let new = choices.last().expect("a search adds an effect").effect;
+    let noise = problem.data(segments).noise;
+    let from = (&base.hypothesis.choices, &base.fit);
+    let question = ("search", choices, segments, noise, from, search);
+    let fit = problem.finished.recall(&question, || {
+        best_of_starts(problem, &hypothesis, segments, base, search)
+    })?;
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// The best fit of a hypothesis from all the starts that a search takes.
+fn best_of_starts(
+    problem: &Problem,
+    hypothesis: &Hypothesis,
+    segments: &[Segment],
+    base: &FittedHypothesis,
+    search: SearchOptions,
+) -> Result<Fit, Error> {
+    let new = hypothesis
+        .choices
+        .last()
+        .expect("a search adds an effect")
+        .effect;
     let data = problem.data(segments);
-    let mut predictor = problem.predictor(&hypothesis)?;
+    let mut predictor = problem.predictor(hypothesis)?;
     let starts = starts(
         problem,
-        &hypothesis,
+        hypothesis,
         new,
         base,
         &data,
         &mut predictor,
         search,
     );
-    let mut first_fits = FirstFits::new(&hypothesis, &data, search);
+    let mut first_fits = FirstFits::new(hypothesis, &data, search);
     let found = first_fits.of(&mut predictor, starts);
     // Beside a model that is down to the noise without it an effect can only be weak.
     let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
@@ -134,24 +162,23 @@ pub fn search(
     let can_be_off = problem.catalogue[new].find_role(Role::Amplitude).is_some();
     if let (None, Some(first_fit), false) = (&best, found.first(), can_be_off) {
         // As it stands: there is nothing to return to, and the model without it explains the data.
-        let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, FitOptions::search(0));
+        let mut fitter = Fitter::new(&mut predictor, hypothesis, &data, FitOptions::search(0));
         let fit = fitter.run(first_fit.point.clone());
-        return Ok(FittedHypothesis { hypothesis, fit });
+        return Ok(fit);
     }
     // Never worse than without the effect.
     if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
-        let off = switched_off(problem, &hypothesis, base, segments);
+        let off = switched_off(problem, hypothesis, base, segments);
         let fit = Fitter::new(
             &mut predictor,
-            &hypothesis,
+            hypothesis,
             &data,
             search.following(search.first_fit),
         )
         .run(off);
         keep_better(&mut best, fit);
     }
-    let fit = best.expect("there is at least one start");
-    Ok(FittedHypothesis { hypothesis, fit })
+    Ok(best.expect("there is at least one start"))
 }
 
 /// Fits a hypothesis whose last effect is periodic from the fit of another that holds all the others, at the frequency or
@@ -195,7 +222,6 @@ pub fn baseline(
 ) -> Result<FittedHypothesis, Error> {
     let hypothesis = problem.hypothesis(&[])?;
     let data = problem.data(segments);
-    let mut predictor = problem.predictor(&hypothesis)?;
     let start = Point::centre(&hypothesis, segments);
     let first_fit = FitOptions {
         share: FIRST_FIT_SHARE,
@@ -203,17 +229,17 @@ pub fn baseline(
         belief: STRONG_PRIOR,
         ..FitOptions::search(FIRST_FIT)
     };
-    let seen = Fitter::new(&mut predictor, &hypothesis, &data, first_fit).run(start);
-    let mut fitter = Fitter::new(
-        &mut predictor,
-        &hypothesis,
-        &data,
-        FitOptions {
-            belief,
-            ..FitOptions::search(CLIMB)
-        },
-    );
-    let settled = fitter.fit_initial_states(seen.point);
-    let fit = fitter.run(settled.point);
+    let climb = FitOptions {
+        belief,
+        ..FitOptions::search(CLIMB)
+    };
+    let question = ("baseline", segments, data.noise, &start, first_fit, climb);
+    let fit = problem.finished.recall(&question, || {
+        let mut predictor = problem.predictor(&hypothesis)?;
+        let seen = Fitter::new(&mut predictor, &hypothesis, &data, first_fit).run(start.clone());
+        let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, climb);
+        let settled = fitter.fit_initial_states(seen.point);
+        Ok(fitter.run(settled.point))
+    })?;
     Ok(FittedHypothesis { hypothesis, fit })
 }

@@ -1,6 +1,7 @@
 //! How thoroughly a hypothesis is searched.
 
 use crate::diagnose::estimation::fit_options::FitOptions;
+use serde::Serialize;
 
 /// Jacobians for a first look at a start.
 pub(crate) const FIRST_FIT: usize = 3;
@@ -15,7 +16,7 @@ pub(crate) const CLIMB: usize = 10;
 const FOLLOWED: usize = 2;
 
 /// How thorough a search is.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct SearchOptions {
     /// Jacobians for a first look at a start.
     pub first_fit: usize,
@@ -34,7 +35,7 @@ pub struct SearchOptions {
 }
 
 /// Nuisances with which a search starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Nuisances {
     /// The calibrated ones only, with the effect barely on.
     Calibrated,

@@ -213,6 +213,7 @@ fn resonance_starts<'a>(
     let some = Observations {
         segments: &segments,
         noise: data.noise,
+        work: data.work,
     };
     let typical = h.shared[parameter].prior;
     let mut tried: Vec<(f64, f64)> = Vec::new();

@@ -9,9 +9,10 @@ use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Campaign, Run};
 use crate::observer::{Mode, Structure};
+use serde::Serialize;
 
 /// An effect chosen, with the values of its settings.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Choice {
     /// Index in the FMU's list of effects.
     pub effect: usize,

@@ -2,6 +2,7 @@
 
 pub mod belt_profile;
 pub mod effect_card;
+pub mod finished_work;
 pub mod friction_prior;
 pub mod hypothesis;
 pub mod library;
@@ -14,3 +15,4 @@ pub mod problem;
 pub mod simulator;
 pub mod variants;
 pub mod white_noise;
+pub mod work;

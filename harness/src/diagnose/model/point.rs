@@ -5,9 +5,10 @@ use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::simulator::SegmentValues;
 use crate::metric::median;
+use serde::{Deserialize, Serialize};
 
 /// Values of everything that can be turned, and the start states of all segments.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Positions of the shared parameters.
     pub shared: Vec<f64>,

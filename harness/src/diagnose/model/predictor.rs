@@ -4,6 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
 use crate::diagnose::model::point::{SegmentStart, Turn};
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::{Directions, Fmu, Instance, Tangents};
 use crate::measurement::Run;
@@ -31,6 +32,7 @@ pub struct Predictor<'a> {
     /// Gives derivatives along motions, where the FMU offers that.
     tangents: Option<Tangents>,
     directions: Directions,
+    work: &'a Work,
     names: Vec<u32>,
     values: Vec<f64>,
     /// Largest distance from the mean in each run, m.
@@ -49,6 +51,7 @@ impl<'a> Predictor<'a> {
         references: &'a References,
         runs: &'a [Run],
         hypothesis: &'a Hypothesis,
+        work: &'a Work,
     ) -> Result<Self, Error> {
         Ok(Self {
             instance: fmu.instantiate("diagnosis")?,
@@ -57,6 +60,7 @@ impl<'a> Predictor<'a> {
             hypothesis,
             tangents: fmu.tangents(),
             directions: Directions::default(),
+            work,
             names: Vec::new(),
             values: Vec::new(),
             reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
@@ -140,6 +144,7 @@ impl Simulator for Predictor<'_> {
         if self.tangents.is_none() || turns.is_empty() {
             return false;
         }
+        self.work.sensitivities(turns.len());
         self.gather(segment, values);
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
@@ -182,6 +187,7 @@ impl Simulator for Predictor<'_> {
         samples: Samples,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
+        self.work.motion();
         // Time of the campaign's runs counts from their own first sample.
         let origin = self.runs[segment.run].time[0];
         let mut t = segment.time[0] - origin;

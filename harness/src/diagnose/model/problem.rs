@@ -8,11 +8,13 @@ use crate::diagnose::data::place_map::PlaceMap;
 use crate::diagnose::data::segment::{Segment, Smoothing, cut, smooth_run, thin};
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::effect_card::{EffectCard, candidates};
+use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::friction_prior::FrictionPrior;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structure};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, of_one_sensor};
@@ -65,6 +67,10 @@ pub struct Problem<'a> {
     pub friction: FrictionPrior,
     /// Spectra of the smoothed force that were asked for.
     pub spectra: Spectra,
+    /// Fits that were finished before, where a stopped diagnosis goes on.
+    pub finished: FinishedWork,
+    /// Counts of what was computed.
+    pub work: Work,
 }
 
 impl<'a> Problem<'a> {
@@ -165,6 +171,8 @@ impl<'a> Problem<'a> {
             held_out: rule.of(&campaign),
             friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
             spectra: Spectra::default(),
+            finished: FinishedWork::default(),
+            work: Work::default(),
             break_aways,
             smoothings,
             segments,
@@ -253,6 +261,7 @@ impl<'a> Problem<'a> {
         Observations {
             segments,
             noise: &self.fit_noise,
+            work: &self.work,
         }
     }
 
@@ -261,7 +270,13 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// An FMU that can't be instantiated.
     pub fn predictor<'b>(&'b self, hypothesis: &'b Hypothesis) -> Result<Predictor<'b>, Error> {
-        Predictor::new(self.fmu, &self.references, &self.campaign.runs, hypothesis)
+        Predictor::new(
+            self.fmu,
+            &self.references,
+            &self.campaign.runs,
+            hypothesis,
+            &self.work,
+        )
     }
 
     /// Copies of the segments with these indices.

@@ -14,7 +14,7 @@ use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::stages::Selection;
+use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
@@ -150,6 +150,7 @@ pub fn conclude(
         residual_spectral_ratio: spectral_ratio,
         gains_by_chance: selection.by_chance.clone(),
         structure: known_structure(problem)?,
+        work: problem.work.counts(),
         runs: run_values(problem, &steps[last]),
         effects,
         error_ladder: ladder,

@@ -1,6 +1,7 @@
 //! What a diagnosis finds, in the form of diagnosis.json.
 
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
+use crate::diagnose::model::work::Counts;
 use crate::diagnose::selection::next_measurement::NextMeasurement;
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::forecast::Forecast;
@@ -161,6 +162,8 @@ pub struct Diagnosis {
     /// The structure as far as it was taken as known, by FMU variable: number of modes, tip values, and the modal masses
     /// that follow from the calibrated one.
     pub structure: BTreeMap<String, f64>,
+    /// What was computed for it, without the pictures of the report.
+    pub work: Counts,
     /// Friction level and sensor offset of each run.
     pub runs: Vec<RunValues>,
 }

@@ -5,7 +5,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
-use crate::diagnose::selection::stages::{Beyond, Selection};
+use crate::diagnose::selection::select::{Beyond, Selection};
 use crate::diagnose::selection::ties::others;
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::estimate::Estimate;

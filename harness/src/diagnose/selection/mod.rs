@@ -10,5 +10,5 @@ pub mod pairs;
 pub mod retries;
 pub mod screening;
 pub mod search;
-pub mod stages;
+pub mod select;
 pub mod ties;

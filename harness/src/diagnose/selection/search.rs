@@ -16,6 +16,7 @@ use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::pairs::with;
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::{full_refit, pairs};
+use crate::diagnose::stages;
 use crate::diagnose::thresholds::{CLOSE, TIE};
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -57,6 +58,7 @@ pub(crate) fn explore<'a>(
     watch: &'a dyn Watch,
 ) -> Result<Exploration<'a>, Error> {
     let base = screen.calibrate(1.0)?;
+    watch.stage(stages::SINGLES);
     let list = all_variants(problem);
     let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
     let singles = screen.compete(&jobs, &base, BRIEF, watch)?;
@@ -71,14 +73,19 @@ pub(crate) fn explore<'a>(
         held: Vec::new(),
         pairs: Vec::new(),
     };
+    watch.stage(stages::FURTHER);
     found.try_harder()?;
     found.hold(&jobs)?;
+    watch.stage(stages::LIBRARY);
     found.add_library_effects()?;
     if found.is_adequate() {
+        watch.stage(stages::CLOSE);
         found.finish_close()?;
+        watch.stage(stages::PAIRS);
         found.second_beside_adequate()?;
     } else if !problem.place_is_told() {
         // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
+        watch.stage(stages::PAIRS);
         found.pair()?;
         found.refit_halves()?;
     }

@@ -224,10 +224,12 @@ impl<'a> Seen<'a> {
         runs[index] = run.clone();
         let h = &fitted.hypothesis;
         let start = from_fitted_runs(problem, fitted, &segments);
-        let mut predictor = Predictor::new(problem.fmu, &problem.references, &runs, h)?;
+        let mut predictor =
+            Predictor::new(problem.fmu, &problem.references, &runs, h, &problem.work)?;
         let data = Observations {
             segments: &segments,
             noise: &problem.noise,
+            work: &problem.work,
         };
         let found =
             run_parameters::learn(&mut predictor, h, &data, start, learning(), Care::Thorough);
@@ -250,7 +252,13 @@ impl<'a> Seen<'a> {
 
     fn predictor(&self) -> Result<Predictor<'_>, Error> {
         let references = &self.problem.references;
-        Predictor::new(self.problem.fmu, references, &self.runs, self.hypothesis)
+        Predictor::new(
+            self.problem.fmu,
+            references,
+            &self.runs,
+            self.hypothesis,
+            &self.problem.work,
+        )
     }
 
     /// The motion from the start of a piece at the run's samples from there to `end`; NaN where it ran away.
@@ -308,6 +316,7 @@ impl<'a> Seen<'a> {
         let data = Observations {
             segments: &segments,
             noise: &problem.noise,
+            work: &problem.work,
         };
         let filtered = Fitter::new(&mut predictor, h, &data, learning())
             .fit_initial_states(point)

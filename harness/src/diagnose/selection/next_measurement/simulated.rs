@@ -64,7 +64,13 @@ pub(crate) fn simulated(
         travel_end: 0.0,
         state,
     };
-    let mut predictor = Predictor::new(problem.fmu, &problem.references, &runs, hypothesis)?;
+    let mut predictor = Predictor::new(
+        problem.fmu,
+        &problem.references,
+        &runs,
+        hypothesis,
+        &problem.work,
+    )?;
     let point = &truth.fitted.fit.point;
     let mut out = Vec::new();
     let values = SegmentValues {

@@ -15,6 +15,7 @@ use crate::diagnose::selection::decision::{decide, log_prior};
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::search::{Exploration, explore};
+use crate::diagnose::stages;
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
 use crate::diagnose::validation::segment_errors;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -104,7 +105,7 @@ impl Selection {
 /// An FMU that can't be run.
 pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> {
     let screen = Screen::new(problem);
-    watch.step("calibrating the reference model", 0, 1);
+    watch.stage(stages::REFERENCE);
     let (as_given, as_given_holdout, as_given_forecasts) = as_given(problem, &screen)?;
     let Exploration {
         alone,
@@ -114,7 +115,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         ..
     } = explore(problem, &screen, watch)?;
     let stopped = watch.stop();
-    watch.step("comparing the best on all data", 0, 1);
+    watch.stage(stages::ALL_DATA);
     let mut all: Vec<&mut FittedModel> = std::iter::once(&mut calibrated)
         .chain(&mut singles)
         .chain(&mut pairs)
@@ -261,16 +262,17 @@ fn judge_candidates(
 /// An FMU that can't be run.
 pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result<Selection, Error> {
     let screen = Screen::new(problem);
-    watch.step("calibrating the reference model", 0, 1 + effects.len());
+    watch.stage(stages::REFERENCE);
     let (as_given, as_given_holdout, as_given_forecasts) = as_given(problem, &screen)?;
     let alone = screen.calibrate(1.0)?;
     let mut calibrated = alone.clone();
     let mut path: Vec<FittedModel> = Vec::new();
+    watch.stage(stages::SINGLES);
     for (done, &effect) in effects.iter().enumerate() {
         if watch.stop() {
             break;
         }
-        watch.step(&problem.catalogue[effect].id, 1 + done, 1 + effects.len());
+        watch.step(&problem.catalogue[effect].id, done, effects.len());
         let base = path.last().unwrap_or(&calibrated);
         let jobs: Vec<Vec<Choice>> = variants(problem, effect)
             .into_iter()

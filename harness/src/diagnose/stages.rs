@@ -1,0 +1,27 @@
+//! The stages of a diagnosis, in the order in which they are passed; those that a campaign does not need are left out.
+
+use crate::watch::Stage;
+
+/// Smoothing and cutting the runs, and the reference model fitted.
+pub const REFERENCE: Stage = stage("reference model", 0.1);
+/// Every effect of the catalogue alone.
+pub const SINGLES: Stage = stage("single effects", 0.35);
+/// The best of them from other starts and to their end, while none explains the data.
+pub const FURTHER: Stage = stage("single effects, further", 0.5);
+/// Every effect of the library alone.
+pub const LIBRARY: Stage = stage("library effects", 0.6);
+/// What comes close to the best, fitted until it compares.
+pub const CLOSE: Stage = stage("effects close to the best", 0.75);
+/// Two effects together.
+pub const PAIRS: Stage = stage("pairs of effects", 0.9);
+/// The best on all segments and samples.
+pub const ALL_DATA: Stage = stage("the best on all data", 0.94);
+/// Forecasts of the runs kept out.
+pub const KEPT_OUT: Stage = stage("runs kept out", 0.98);
+/// Conclusions and report.
+pub const REPORT: Stage = stage("report", 1.0);
+
+/// A stage and the share of the whole that is done when it ends, roughly, of a campaign with one effect.
+const fn stage(name: &'static str, until: f64) -> Stage {
+    Stage { name, until }
+}
