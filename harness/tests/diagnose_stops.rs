@@ -55,6 +55,30 @@ fn a_diagnosis_that_is_stopped_keeps_what_was_finished_and_says_so() {
     }
 }
 
+#[test]
+fn a_diagnosis_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = open_fmu(None).unwrap();
+    let campaign = Campaign::load(&demo()).unwrap();
+    let run = |name: &str, watch: &dyn Watch| {
+        let output = folder.path().join(name);
+        std::fs::create_dir_all(&output).unwrap();
+        let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &output, watch).unwrap();
+        let kept = output.join("unfinished.fits").is_file();
+        let mut json = serde_json::to_value(&diagnosis).unwrap();
+        // How much was computed is what resuming changes.
+        json.as_object_mut().unwrap().remove("work");
+        (json, diagnosis.work, kept)
+    };
+    let (_, _, kept) = run("stopped", &StopAfter(AtomicUsize::new(12)));
+    assert!(kept, "what was fitted is gone");
+    let (resumed, rest, kept) = run("stopped", &());
+    assert!(!kept, "a finished diagnosis leaves unfinished work");
+    let (at_once, all, _) = run("at once", &());
+    assert_eq!(resumed, at_once);
+    assert!(rest.fits < all.fits, "{rest:?} of {all:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_the_command_cleanly_with_its_files_written() {

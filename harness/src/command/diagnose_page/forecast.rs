@@ -21,7 +21,8 @@ pub fn section(page: Page, material: &Material) -> Page {
         .paragraph(
             "All that the runs share comes from the runs fitted. The first part of each run here, up to the upright line, determines its friction level, \
              offset, phases and state; everything after is predicted without another look. A forecast is valid until its error exceeds 0.4 of the \
-             standard deviation of the displacement. Its limit is how long the model predicts its own motion from a beginning with the same noise.",
+             standard deviation of the displacement. The band holds 8 of 10 motions that the data allow as well: constants drawn from what the fit leaves \
+             open, and the first part measured again with the sensor's noise. The limit of a forecast is how long the model predicts its own motion from a beginning with the same noise.",
         )
         .table(&table(forecasts));
     for forecast in forecasts {
@@ -103,6 +104,19 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
                 Colour::Sky,
                 &when[..ahead],
                 &scaled(&predicted[..ahead], MILLI),
+            )
+        }
+        None => plot,
+    };
+    let plot = match &forecast.band {
+        Some(band) => {
+            let shown = band.time.partition_point(|t| *t <= end);
+            plot.band(
+                "8 of 10 motions that the data allow",
+                Colour::Orange,
+                &band.time[..shown],
+                &scaled(&band.low[..shown], MILLI),
+                &scaled(&band.high[..shown], MILLI),
             )
         }
         None => plot,

@@ -133,10 +133,14 @@ pub fn conclude(
     if verdict == Verdict::UnknownEffect {
         residual["proposed_terms"] = serde_json::json!(proposed_terms);
     }
+    let forecast = ladder[1 + last].forecasts.iter().cloned();
+    let forecast = forecast
+        .map(|f| f.with_band(problem, fitted))
+        .collect::<Result<_, _>>()?;
     Ok(Diagnosis {
         verdict,
         verdict_probability: (!selection.by_hand).then(|| probability_of(selection, verdict)),
-        forecast: ladder[1 + last].forecasts.clone(),
+        forecast,
         noise_std_m: problem.noise.iter().sum::<f64>() / problem.noise.len() as f64,
         candidates: standings(problem, selection),
         residual,

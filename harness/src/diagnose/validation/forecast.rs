@@ -12,21 +12,13 @@
 //!
 //! The whole run counts: nothing is left out, whether it grazes a transition or not.
 
-use crate::diagnose::data::segment::{Segment, cut, smooth_run};
 use crate::diagnose::estimation::fit::FittedHypothesis;
-use crate::diagnose::estimation::fit_options::{Care, FitOptions};
-use crate::diagnose::estimation::fitter::Fitter;
-use crate::diagnose::estimation::run_parameters;
-use crate::diagnose::model::hypothesis::{Hypothesis, structure};
-use crate::diagnose::model::observations::Observations;
-use crate::diagnose::model::point::{Point, SegmentStart};
-use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::diagnose::model::white_noise::gaussian;
-use crate::diagnose::validation::segment_errors::from_fitted_runs;
+use crate::diagnose::validation::forecast_band::{Band, band};
+use crate::diagnose::validation::learned_run::LearnedRun;
 use crate::error::Error;
-use crate::measurement::{Run, Sampling};
+use crate::measurement::Run;
 use crate::metric::characteristics;
 use crate::parallel::parallel;
 use serde::Serialize;
@@ -37,8 +29,6 @@ const LEAST_LEARNED: f64 = 0.04;
 const CYCLES_LEARNED: f64 = 2.0;
 /// Error over the standard deviation of the displacement at which a forecast is no longer valid.
 const VALID: f64 = 0.4;
-/// Error over that deviation that counts for a forecast that ran away: as far off as the motion is wide.
-const RAN_AWAY: f64 = 2.0;
 /// Seed of the noise on the model's own motion.
 const SEED: u64 = 1;
 
@@ -70,6 +60,13 @@ pub struct Forecast {
     pub amplitude_m: Compared,
     /// Share of the time in stick.
     pub stick_share: Compared,
+    /// Share (1) of the samples measured within the valid time that lie in the forecast's band, which is to hold 8 of 10; only
+    /// for the model that the diagnosis ends with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inside_band: Option<f64>,
+    /// The band.
+    #[serde(skip)]
+    pub band: Option<Band>,
     /// Index of the run.
     #[serde(skip)]
     pub index: usize,
@@ -105,7 +102,7 @@ fn forecast(
     }
     // A whole piece must fit into it.
     .max(2.5 * problem.horizon);
-    let Some(seen) = Seen::new(problem, fitted, measured, r, learned_s)? else {
+    let Some(seen) = LearnedRun::new(problem, fitted, measured, r, learned_s)? else {
         return Ok(None);
     };
     let ahead = seen.ahead()?;
@@ -115,7 +112,7 @@ fn forecast(
     // The model's own motion, measured by the same sensor.
     let mut random = fastrand::Rng::with_seed(SEED);
     let noise = problem.noise[r];
-    let before = &measured.displacement[..seen.last.first];
+    let before = &measured.displacement[..seen.last().first];
     let truth = [before, &ahead].concat();
     let per_run = Run {
         displacement: truth
@@ -125,7 +122,7 @@ fn forecast(
         faults: Vec::new(),
         ..measured.clone()
     };
-    let limit = match Seen::new(problem, fitted, &per_run, r, learned_s)? {
+    let limit = match LearnedRun::new(problem, fitted, &per_run, r, learned_s)? {
         Some(again) if truth.iter().all(|y| y.is_finite()) => {
             let ahead = again.ahead()?;
             let (time, free) = again.after(&ahead);
@@ -153,9 +150,30 @@ fn forecast(
         period_s: compared(&|c| c.period),
         amplitude_m: compared(&|c| Some(c.amplitude)),
         stick_share: compared(&|c| Some(c.stick_fraction)),
+        inside_band: None,
+        band: None,
         index: r,
         curve: (time.clone(), free.to_vec()),
     }))
+}
+
+impl Forecast {
+    /// The same with its band.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn with_band(self, problem: &Problem, fitted: &FittedHypothesis) -> Result<Self, Error> {
+        let run = &problem.campaign.runs[self.index];
+        let band = band(problem, fitted, self.index, self.learned_s)?;
+        let noise = problem.noise[self.index];
+        let until = self.learned_s + self.valid_time_s;
+        let share = |band: &Band| band.share_inside(&run.time, &run.displacement, noise, until);
+        Ok(Self {
+            inside_band: band.as_ref().map(share),
+            band,
+            ..self
+        })
+    }
 }
 
 /// Time in s until the error exceeds [`VALID`] of the spread.
@@ -168,194 +186,6 @@ fn valid_time(time: &[f64], measured: &[f64], predicted: &[f64], spread: f64) ->
         (_, []) => f64::NAN,
         (Some(k), _) => time[k] - time[0],
         (None, _) => time[time.len() - 1] - time[0],
-    }
-}
-
-/// A run of which the first part has been learned.
-struct Seen<'a> {
-    problem: &'a Problem<'a>,
-    hypothesis: &'a Hypothesis,
-    /// All runs of the campaign, this one as it is learned from.
-    runs: Vec<Run>,
-    index: usize,
-    shared: Vec<f64>,
-    per_run: Vec<f64>,
-    /// The last piece of the first part, and where it starts.
-    last: Segment,
-    start: SegmentStart,
-    /// Index of the first sample that was not learned from.
-    past: usize,
-}
-
-impl<'a> Seen<'a> {
-    /// Learns the first `learned` s of a run; `None` where nothing is left to predict or no piece fits in.
-    fn new(
-        problem: &'a Problem<'a>,
-        fitted: &'a FittedHypothesis,
-        run: &Run,
-        index: usize,
-        learned: f64,
-    ) -> Result<Option<Self>, Error> {
-        let past = run.time.partition_point(|t| t - run.time[0] < learned);
-        if past + 32 > run.time.len() || past < 16 {
-            return Ok(None);
-        }
-        let beginning = Run {
-            time: run.time[..past].to_vec(),
-            displacement: run.displacement[..past].to_vec(),
-            sampling: Sampling::of(&run.time[..past]),
-            faults: run
-                .faults
-                .iter()
-                .filter(|f| f.first + f.samples <= past)
-                .cloned()
-                .collect(),
-            ..run.clone()
-        };
-        let structure = structure(problem.fmu, &problem.campaign.beam)?;
-        let Ok(smoothing) = smooth_run(&beginning, &structure) else {
-            return Ok(None);
-        };
-        let segments = cut(index, &beginning, &smoothing, problem.horizon);
-        let Some(last) = segments.last().cloned() else {
-            return Ok(None);
-        };
-        let mut runs = problem.campaign.runs.clone();
-        runs[index] = run.clone();
-        let h = &fitted.hypothesis;
-        let start = from_fitted_runs(problem, fitted, &segments);
-        let mut predictor =
-            Predictor::new(problem.fmu, &problem.references, &runs, h, &problem.work)?;
-        let data = Observations {
-            segments: &segments,
-            noise: &problem.noise,
-            work: &problem.work,
-        };
-        let found =
-            run_parameters::learn(&mut predictor, h, &data, start, learning(), Care::Thorough);
-        drop(predictor);
-        let shared = found.point.shared.clone();
-        let per_run = found.point.per_run[index].clone();
-        let start = found.point.start(segments.len() - 1);
-        Ok(Some(Self {
-            problem,
-            hypothesis: h,
-            runs,
-            index,
-            shared,
-            per_run,
-            last,
-            start,
-            past,
-        }))
-    }
-
-    fn predictor(&self) -> Result<Predictor<'_>, Error> {
-        let references = &self.problem.references;
-        Predictor::new(
-            self.problem.fmu,
-            references,
-            &self.runs,
-            self.hypothesis,
-            &self.problem.work,
-        )
-    }
-
-    /// The motion from the start of a piece at the run's samples from there to `end`; NaN where it ran away.
-    fn motion(
-        &self,
-        predictor: &mut Predictor,
-        from: &Segment,
-        start: &SegmentStart,
-        end: usize,
-    ) -> Vec<f64> {
-        let run = &self.runs[self.index];
-        let range = from.first..end;
-        let long = Segment {
-            time: run.time[range.clone()].to_vec(),
-            measured: vec![f64::NAN; range.len()],
-            trusted: vec![true; range.len()],
-            count: range.len(),
-            ..from.clone()
-        };
-        let mut out = Vec::new();
-        let values = SegmentValues {
-            shared: &self.shared,
-            per_run: &self.per_run,
-            state: &start.state,
-            stuck: start.stuck,
-        };
-        // A motion that the FMU can't follow ends there.
-        let _ = predictor.predict(&long, values, Samples::all(&long), &mut out);
-        out.resize(range.len(), f64::NAN);
-        out
-    }
-
-    /// The free motion from the start of the last piece learned from to the end of the run.
-    fn ahead(&self) -> Result<Vec<f64>, Error> {
-        let end = self.runs[self.index].time.len();
-        Ok(self.motion(&mut self.predictor()?, &self.last, &self.start, end))
-    }
-
-    /// Times since the run began, and what of the motion [`Self::ahead`] lies after the first part.
-    fn after<'b>(&self, ahead: &'b [f64]) -> (Vec<f64>, &'b [f64]) {
-        let time = &self.runs[self.index].time;
-        let since = time[self.past..].iter().map(|t| t - time[0]);
-        (since.collect(), &ahead[self.past - self.last.first..])
-    }
-
-    /// Root mean square error in m of forecasts of each piece after the first part from the piece before it.
-    fn one_cycle(&self) -> Result<f64, Error> {
-        let (problem, h, r) = (self.problem, self.hypothesis, self.index);
-        let run = &self.runs[r];
-        let segments = cut(r, run, &problem.smoothings[r], problem.horizon);
-        let mut point = Point::centre(h, &segments);
-        point.shared.clone_from(&self.shared);
-        point.per_run[r].clone_from(&self.per_run);
-        let mut predictor = self.predictor()?;
-        let data = Observations {
-            segments: &segments,
-            noise: &problem.noise,
-            work: &problem.work,
-        };
-        let filtered = Fitter::new(&mut predictor, h, &data, learning())
-            .fit_initial_states(point)
-            .point;
-        let limit = RAN_AWAY * problem.spread[r];
-        let (mut sum, mut count) = (0.0, 0.0);
-        let trusted = run.trusted();
-        for k in 1..segments.len() {
-            let (from, to) = (&segments[k - 1], &segments[k]);
-            if to.first < self.past {
-                continue;
-            }
-            let end = to.first + to.time.len();
-            let all = self.motion(&mut predictor, from, &filtered.start(k - 1), end);
-            let past = from.first + from.time.len();
-            for i in past..end {
-                if !trusted[i] {
-                    continue;
-                }
-                let error = run.displacement[i] - all[i - from.first];
-                let error = if error.is_finite() {
-                    error.abs().min(limit)
-                } else {
-                    limit
-                };
-                sum += error * error;
-                count += 1.0;
-            }
-        }
-        Ok((sum / count).sqrt())
-    }
-}
-
-/// How a run's own values are learned.
-fn learning() -> FitOptions {
-    FitOptions {
-        stride: 1,
-        shared: false,
-        ..FitOptions::search(6)
     }
 }
 

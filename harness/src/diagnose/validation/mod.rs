@@ -2,7 +2,9 @@
 
 pub mod estimate;
 pub mod forecast;
+pub mod forecast_band;
 pub mod identifiability;
+mod learned_run;
 pub mod prior_conflict;
 pub mod residual_whiteness;
 pub mod segment_errors;
