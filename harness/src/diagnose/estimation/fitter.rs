@@ -38,6 +38,7 @@ pub(crate) fn directions(h: &Hypothesis, stuck: bool) -> Vec<usize> {
 }
 
 /// Where a fit stands.
+#[derive(Clone)]
 pub(crate) struct Place {
     pub(crate) point: Point,
     /// Residuals of each segment in m; `None` where the FMU gave up.

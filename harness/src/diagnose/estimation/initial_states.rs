@@ -2,7 +2,7 @@
 
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fitter::{Fitter, Place, directions, sum_of_squares};
-use crate::diagnose::estimation::normal_equations::scaled_inverse;
+use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::estimation::sensitivities::Turned;
 use crate::diagnose::model::point::{Point, SegmentStart};
 use nalgebra::DVector;

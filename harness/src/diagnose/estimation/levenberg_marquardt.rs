@@ -2,6 +2,7 @@
 
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, sum_of_squares};
+use crate::diagnose::estimation::information::Information;
 use crate::diagnose::estimation::normal_equations::Normal;
 use crate::diagnose::model::point::Point;
 use nalgebra::{DMatrix, DVector};
@@ -47,7 +48,8 @@ impl Fitter<'_, '_> {
             (FIRST_DAMPING, self.options.tolerance)
         };
         let mut damping = first_damping;
-        let (mut covariance, mut occam) = (None, f64::NEG_INFINITY);
+        // Where all was differentiated last, by derivatives and not by updates.
+        let mut differentiated = None;
         let mut strikes = 0;
         for iteration in 0..self.options.iterations {
             if self.options.reinitialise && RESTARTS.contains(&iteration) {
@@ -55,12 +57,11 @@ impl Fitter<'_, '_> {
             }
             let before = here.merit;
             let mut linear = self.linearise_all(&here);
+            if self.options.parameters {
+                differentiated = Some((here.clone(), linear.clone()));
+            }
             for quasi in 0..=QUASI_STEPS {
                 let system = Normal::assemble(self, &here, &linear);
-                if quasi == 0 && self.options.parameters {
-                    covariance = system.covariance();
-                    occam = system.occam(self).unwrap_or(f64::NEG_INFINITY);
-                }
                 let is_worn = quasi > 0 && self.options.parameters;
                 let tries = if is_worn { QUASI_TRIES } else { TRIES };
                 let known = damping;
@@ -90,7 +91,12 @@ impl Fitter<'_, '_> {
                 strikes = 0;
             }
         }
-        self.fit_at(here, covariance, occam)
+        let information = differentiated
+            .as_ref()
+            .map(|(there, linear)| Information::at(self, there, linear));
+        let covariance = information.as_ref().and_then(Information::covariance);
+        let occam = information.as_ref().and_then(Information::occam);
+        self.fit_at(here, covariance, occam.unwrap_or(f64::NEG_INFINITY))
     }
 
     /// Information matrix and gradient of the parameters at a point, each segment's start state projected out.

@@ -4,7 +4,7 @@
 //! w(t) = x_1 + x_2 t + b_r + sum_c theta_c phi_c(t),   phi_c = cos((c + 1) 40 t / s)
 //! ```
 //!
-//! with a start state x of each segment, an offset b_r of each run and shared parameters theta. Everything believed of them is
+//! (phi_4 is 1e8) with a start state x of each segment, an offset b_r of each run and shared parameters theta. Everything believed of them is
 //! normal, the noise is white: the posterior is normal, and its mean, covariance and evidence follow from one linear system.
 
 use crate::diagnose::data::segment::Segment;
@@ -29,13 +29,19 @@ const INTERVAL: f64 = 1e-3;
 /// What is believed of every parameter: zero, with this standard deviation in m.
 const BELIEF: f64 = 3e-6;
 
+/// A shared parameter that acts strongly, but just as the first component of the start state does.
+const IMITATED: usize = 4;
+
 /// The linear model; with `tangents` it tells its derivatives, else they are taken by differences.
 struct LinearToy {
     tangents: bool,
 }
 
 fn shape(c: usize, t: f64) -> f64 {
-    (40.0 * (c + 1) as f64 * t).cos()
+    match c {
+        IMITATED => 1e8,
+        _ => (40.0 * (c + 1) as f64 * t).cos(),
+    }
 }
 
 fn slope(turn: Turn, t: f64, start: f64) -> f64 {
@@ -285,4 +291,17 @@ fn val_evidence_compares_hypotheses_as_their_marginal_likelihoods_do() {
     assert!(by_fit[1] > by_fit[0] + 3.0, "{by_fit:?}");
     assert!(by_fit[2] < by_fit[1], "{by_fit:?}");
     assert!(by_fit[3] < by_fit[2], "{by_fit:?}");
+}
+
+#[test]
+fn val_what_a_start_state_imitates_is_known_as_well_as_believed_and_no_worse() {
+    // Source: data that do not depend on a parameter leave its variance as it was.
+    let (h, segments) = (hypothesis(IMITATED + 1), segments());
+    let fit = fit(&h, &segments, true);
+    let covariance = fit.covariance.expect("asked for");
+    let std = covariance[(IMITATED, IMITATED)].sqrt();
+    assert!(
+        (std / BELIEF - 1.0).abs() < 1e-3,
+        "{std:e} m of {BELIEF:e} m"
+    );
 }

@@ -3,6 +3,7 @@
 pub mod fit;
 pub mod fit_options;
 pub mod fitter;
+mod information;
 pub mod initial_states;
 pub mod levenberg_marquardt;
 pub mod likelihood;
@@ -11,4 +12,5 @@ mod linear_toy;
 pub mod nesting;
 pub mod normal_equations;
 pub mod run_parameters;
+pub(crate) mod scaled_matrix;
 pub mod sensitivities;

@@ -1,18 +1,11 @@
-//! The weighted normal equations of a fit, and what the evidence pays for all that is free.
+//! The weighted normal equations of a fit, the start states eliminated.
 
 use crate::diagnose::estimation::fitter::{Fitter, Place, directions};
+use crate::diagnose::estimation::scaled_matrix::{scaled_inverse, scaled_solve};
 use crate::diagnose::estimation::sensitivities::Linear;
 use crate::diagnose::model::parameter::{Parameter, Scale};
 use crate::diagnose::model::point::Point;
-use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
-
-/// Eigenvalue of the matrix scaled to a unit diagonal below which rounding decides.
-const LEAST_EIGENVALUE: f64 = 1e-13;
-
-/// Damping of matrices that are inverted as they are, relative to the diagonal: far below what beliefs add there, 1e-9 for
-/// constants that the data show to 1e-6 and only act together with others.
-const LEAST_DAMPING: f64 = 1e-13;
 
 /// The weighted normal equations, with each segment's start state eliminated.
 pub(crate) struct Normal {
@@ -28,8 +21,6 @@ pub(crate) struct Normal {
 
 struct Block {
     xx: DMatrix<f64>,
-    /// H_xx as it is where the segment is met.
-    met: DMatrix<f64>,
     xk: DMatrix<f64>,
     gx: DVector<f64>,
     list: Vec<usize>,
@@ -49,14 +40,7 @@ impl Normal {
         let (point, sums) = (&here.point, &here.sums);
         let h = f.hypothesis;
         let shared = h.shared.len();
-        let mut own_first = Vec::new();
-        let mut size = shared;
-        for run in &h.per_run {
-            own_first.push(size);
-            size += run.len();
-        }
-        let mut matrix = DMatrix::zeros(size, size);
-        let mut gradient = DVector::zeros(size);
+        let (matrix, gradient, own_first) = priors(f, point);
         let mut blocks = Vec::new();
         let kept = f.kept(sums);
         for (k, l) in linear.iter().enumerate() {
@@ -69,10 +53,8 @@ impl Normal {
             let r = DVector::from_column_slice(&l.residual);
             let list = directions(h, point.stuck[k]);
             let states = l.states.tr_mul(&l.states);
-            let mut met = f.likelihood(k).weight(0.0) * &states;
             let mut xx = weight * states;
             let mut gx = weight * l.states.tr_mul(&r);
-            f.add_state_prior(&list, &point.states[k], 1.0, &mut met, &mut gx.clone());
             f.add_state_prior(&list, &point.states[k], 1.0, &mut xx, &mut gx);
             let first = own_first[segment.run];
             let columns: Vec<usize> = (0..shared)
@@ -83,7 +65,6 @@ impl Normal {
             let gk = weight * l.parameters.tr_mul(&r);
             blocks.push(Some(Block {
                 xx,
-                met,
                 xk,
                 gx,
                 list,
@@ -92,23 +73,6 @@ impl Normal {
                 gk,
                 kept: kept[k],
             }));
-        }
-        let mut prior = |c: usize, parameter: &Parameter, u: f64, moves: bool| {
-            if moves && parameter.prior_std > 0.0 {
-                let precision = f.precision(parameter);
-                matrix[(c, c)] += precision;
-                gradient[c] -= precision * (u - parameter.position(parameter.prior));
-            } else {
-                matrix[(c, c)] += 1.0;
-            }
-        };
-        for (c, parameter) in h.shared.iter().enumerate() {
-            prior(c, parameter, point.shared[c], f.moves(parameter));
-        }
-        for (run, parameters) in h.per_run.iter().enumerate() {
-            for (i, parameter) in parameters.iter().enumerate() {
-                prior(own_first[run] + i, parameter, point.per_run[run][i], true);
-            }
         }
         Self {
             matrix,
@@ -189,73 +153,37 @@ impl Normal {
         }
         Some(trial)
     }
+}
 
-    /// Logarithm of the share of the prior's volume that the posterior takes up, nats: the price of all that is free.
-    ///
-    /// ```text
-    /// -1/2 ln det(S H S) - 1/2 sum_segments ln det(I + T H_xx T)
-    /// ```
-    ///
-    /// with H the reduced information matrix with the priors, S the priors' standard deviations, H_xx the information on a
-    /// segment's start state as it is where the segment is met (a lost segment must not be cheaper for that), and T the same scale
-    /// for every model: [`STATE_SPREAD`] times the sensor's noise for deflections, times the mode's angular frequency for
-    /// velocities, and the prior's for the states of effects. Holds where the posterior is about normal (Laplace);
-    /// MacKay, Information Theory, Inference, and Learning Algorithms (2003), eq. 28.10. `None` where the matrix is not
-    /// positive definite.
-    pub fn occam(&self, f: &Fitter) -> Option<f64> {
-        let h = f.hypothesis;
-        let (mut matrix, _, _) = self.reduced(LEAST_DAMPING)?;
-        let mut free = Vec::new();
-        let per_run = h.per_run.iter().enumerate();
-        let per_run = per_run.flat_map(|(run, parameters)| {
-            let first = self.own_first[run];
-            parameters
-                .iter()
-                .enumerate()
-                .map(move |(i, k)| (first + i, k))
-        });
-        let shared = h.shared.iter().enumerate().filter(|(_, k)| f.moves(k));
-        for (c, parameter) in shared.chain(per_run).filter(|(_, k)| k.prior_std > 0.0) {
-            let volume = parameter.volume_std();
-            matrix[(c, c)] += volume.powi(-2) - parameter.prior_std.powi(-2);
-            free.push((c, volume));
-        }
-        let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-            let ((a, s), (b, t)) = (free[i], free[j]);
-            matrix[(a, b)] * s * t
-        });
-        let mut price = log_determinant(&scaled)?;
-        for (segment, block) in f.data.segments.iter().zip(&self.blocks) {
-            let Some(b) = block else { continue };
-            let spread = STATE_SPREAD * f.data.noise[segment.run];
-            let scale: Vec<f64> = b
-                .list
-                .iter()
-                .map(|&i| match h.state_scales.get(i) {
-                    Some(scale) => scale * spread,
-                    None => STATE_SPREAD * h.extra_states[i - h.state_scales.len()].1,
-                })
-                .collect();
-            let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-                let flat = i == j && b.list[i] < h.state_scales.len();
-                f64::from(u8::from(flat)) + b.met[(i, j)] * scale[i] * scale[j]
-            });
-            price += log_determinant(&scaled)?;
-        }
-        Some(-0.5 * price)
+/// What the priors alone make of matrix and gradient of the parameters, and the first column of each run's own parameters.
+pub(crate) fn priors(f: &Fitter, point: &Point) -> (DMatrix<f64>, DVector<f64>, Vec<usize>) {
+    let h = f.hypothesis;
+    let mut own_first = Vec::new();
+    let mut size = h.shared.len();
+    for run in &h.per_run {
+        own_first.push(size);
+        size += run.len();
     }
-
-    /// Covariance of the shared parameters on their scales.
-    pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        let (matrix, _, _) = self.reduced(LEAST_DAMPING)?;
-        let inverse =
-            scaled_inverse(&matrix, LEAST_DAMPING).or_else(|| clamped_inverse(&matrix))?;
-        Some(
-            inverse
-                .view((0, 0), (self.shared, self.shared))
-                .into_owned(),
-        )
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut gradient = DVector::zeros(size);
+    let mut add = |c: usize, parameter: &Parameter, u: f64, moves: bool| {
+        if moves && parameter.prior_std > 0.0 {
+            let precision = f.precision(parameter);
+            matrix[(c, c)] += precision;
+            gradient[c] -= precision * (u - parameter.position(parameter.prior));
+        } else {
+            matrix[(c, c)] += 1.0;
+        }
+    };
+    for (c, parameter) in h.shared.iter().enumerate() {
+        add(c, parameter, point.shared[c], f.moves(parameter));
     }
+    for (run, parameters) in h.per_run.iter().enumerate() {
+        for (i, parameter) in parameters.iter().enumerate() {
+            add(own_first[run] + i, parameter, point.per_run[run][i], true);
+        }
+    }
+    (matrix, gradient, own_first)
 }
 
 /// At most one e-fold of a logarithmic parameter at a time.
@@ -263,100 +191,5 @@ fn limited(step: f64, parameter: &Parameter) -> f64 {
     match parameter.scale {
         Scale::Log => step.clamp(-0.7, 0.7),
         Scale::Linear => step,
-    }
-}
-
-/// Logarithm of the determinant of a symmetric matrix that is positive but for rounding: directions that rounding has made
-/// indefinite count with the least eigenvalue that it leaves certain. `None` for what is not finite.
-fn log_determinant(matrix: &DMatrix<f64>) -> Option<f64> {
-    if matrix.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let scale = scaling(matrix);
-    let scaled = scaled(matrix, &scale, 0.0);
-    let of_scale: f64 = scale.iter().map(|s| s.ln()).sum();
-    let eigenvalues = scaled.symmetric_eigenvalues();
-    let of_scaled: f64 = eigenvalues
-        .iter()
-        .map(|v| v.max(LEAST_EIGENVALUE).ln())
-        .sum();
-    Some(of_scaled - 2.0 * of_scale)
-}
-
-fn scaling(matrix: &DMatrix<f64>) -> DVector<f64> {
-    DVector::from_iterator(
-        matrix.nrows(),
-        (0..matrix.nrows()).map(|i| {
-            if matrix[(i, i)] > 0.0 {
-                matrix[(i, i)].sqrt().recip()
-            } else {
-                1.0
-            }
-        }),
-    )
-}
-
-fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>, damping: f64) -> DMatrix<f64> {
-    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        let value = matrix[(i, j)] * scale[i] * scale[j];
-        if i == j {
-            value.max(1e-14) * (1.0 + damping) + 1e-13
-        } else {
-            value
-        }
-    })
-}
-
-/// Inverse of a symmetric matrix that rounding has made indefinite: directions that the data leave open get a variance
-/// that is large, not negative.
-fn clamped_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = scaling(matrix);
-    let scaled = scaled(matrix, &scale, 0.0);
-    if scaled.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let eigen = scaled.symmetric_eigen();
-    let inverse =
-        DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(LEAST_EIGENVALUE).recip()));
-    let inverse = &eigen.eigenvectors * inverse * eigen.eigenvectors.transpose();
-    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
-}
-
-fn scaled_solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let scale = scaling(matrix);
-    let solution = scaled(matrix, &scale, 0.0)
-        .cholesky()?
-        .solve(&right.component_mul(&scale));
-    Some(solution.component_mul(&scale))
-}
-
-/// Inverse of a symmetric positive matrix, scaled to a unit diagonal and damped.
-pub(crate) fn scaled_inverse(matrix: &DMatrix<f64>, damping: f64) -> Option<DMatrix<f64>> {
-    let scale = scaling(matrix);
-    let inverse = scaled(matrix, &scale, damping).cholesky()?.inverse();
-    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_logarithm_of_a_determinant_is_that_of_the_product_of_the_eigenvalues() {
-        let matrix = DMatrix::from_row_slice(2, 2, &[4e8, 100.0, 100.0, 9e-4]);
-        let expected = (4e8_f64 * 9e-4 - 1e4).ln();
-        let indefinite = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0 - 1e-15]);
-        assert!(
-            (log_determinant(&(matrix * 10.0)).unwrap() - expected - 100.0_f64.ln()).abs() < 1e-9
-        );
-        assert!(log_determinant(&indefinite).is_some_and(f64::is_finite));
-        assert_eq!(
-            log_determinant(&DMatrix::from_element(1, 1, f64::NAN)),
-            None
-        );
     }
 }

@@ -7,6 +7,7 @@ use crate::diagnose::model::simulator::{Samples, SegmentValues};
 use nalgebra::{DMatrix, DVector};
 
 /// A segment's prediction, linearised.
+#[derive(Clone)]
 pub(crate) struct Linear {
     /// Measured less predicted displacement in m.
     pub residual: Vec<f64>,

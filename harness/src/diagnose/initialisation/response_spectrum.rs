@@ -8,7 +8,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fitter::directions;
-use crate::diagnose::estimation::normal_equations::scaled_inverse;
+use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
