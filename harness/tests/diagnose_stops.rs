@@ -67,8 +67,8 @@ fn a_diagnosis_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been() {
         let kept = output.join("unfinished.fits").is_file();
         let mut json = serde_json::to_value(&diagnosis).unwrap();
         // How much was computed is what resuming changes.
-        json.as_object_mut().unwrap().remove("work");
-        (json, diagnosis.work, kept)
+        json.as_object_mut().unwrap().remove("counters");
+        (json, diagnosis.counters, kept)
     };
     let (_, _, kept) = run("stopped", &StopAfter(AtomicUsize::new(12)));
     assert!(kept, "what was fitted is gone");

@@ -173,11 +173,11 @@ fn costs(progress: &Progress, diagnosis: &Diagnosis) -> String {
     for (stage, time) in progress.times() {
         let _ = writeln!(out, "{stage:<28} {:>8.1} s", time.as_secs_f64());
     }
-    let work = diagnosis.work;
+    let work = diagnosis.counters;
     let _ = writeln!(
         out,
-        "{} fits, {} motions of a segment, {} derivatives of one",
-        work.fits, work.motions, work.sensitivities
+        "{} fits, {} motions of a segment, {} derivatives of one, {:.1} s of processor time",
+        work.fits, work.motions, work.sensitivities, work.processor_s
     );
     out
 }

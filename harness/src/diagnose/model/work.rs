@@ -1,5 +1,6 @@
 //! How much was computed.
 
+use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -12,7 +13,7 @@ pub struct Work {
 }
 
 /// Counts at one moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Counts {
     /// Motions of a segment that were predicted.
     pub motions: u64,
@@ -20,6 +21,8 @@ pub struct Counts {
     pub sensitivities: u64,
     /// Fits of a hypothesis from one start.
     pub fits: u64,
+    /// Processor time in s of all threads since the program began.
+    pub processor_s: f64,
 }
 
 impl Work {
@@ -45,6 +48,7 @@ impl Work {
             motions: self.motions.load(Ordering::Relaxed),
             sensitivities: self.sensitivities.load(Ordering::Relaxed),
             fits: self.fits.load(Ordering::Relaxed),
+            processor_s: ProcessTime::now().as_duration().as_secs_f64(),
         }
     }
 }

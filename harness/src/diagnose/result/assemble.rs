@@ -154,7 +154,7 @@ pub fn conclude(
         residual_spectral_ratio: spectral_ratio,
         gains_by_chance: selection.by_chance.clone(),
         structure: known_structure(problem)?,
-        work: problem.work.counts(),
+        counters: problem.work.counts(),
         runs: run_values(problem, &steps[last]),
         effects,
         error_ladder: ladder,
@@ -168,12 +168,17 @@ fn of_kind(fitted: &FittedHypothesis, kind: Kind) -> impl Iterator<Item = (Strin
     wanted.map(|(i, k)| (k.name.clone(), estimate(&fitted.hypothesis, &fitted.fit, i)))
 }
 
-/// Factors from the stated inputs to those found.
+/// Factors from the stated inputs to those found, by the names of the parameters and by those of the file format.
 fn inputs(problem: &Problem, fitted: &FittedHypothesis) -> BTreeMap<String, Estimate> {
     let mut out: BTreeMap<String, Estimate> = of_kind(fitted, Kind::Input).collect();
     if let Some(belt) = out.get_mut("belt_velocity.scale") {
         belt.value *= problem.belt_scale.value;
         belt.std *= problem.belt_scale.value;
+    }
+    for name in ["belt_velocity", "normal_force"] {
+        if let Some(scale) = out.get(&format!("{name}.scale")).cloned() {
+            out.insert(format!("{name}_scale"), scale);
+        }
     }
     out
 }
@@ -448,6 +453,7 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
             holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
             probability: *probability,
             score: base - c.score(),
+            log_evidence: -c.score(),
             misfit_fall: selection.calibrated.fitted.fit.misfit - c.fitted.fit.misfit,
             fit_over_noise: c.fit.quantile(0.5),
             free_values: c.size(),

@@ -105,6 +105,8 @@ pub struct Standing {
     pub probability: f64,
     /// Gain in evidence over the calibrated model on the data compared, nats.
     pub score: f64,
+    /// Logarithm of the evidence on the data compared, nats, up to what is the same for all.
+    pub log_evidence: f64,
     /// Fall of the negative logarithm of likelihood and prior below the calibrated model's, nats, without a price on
     /// parameters. Never negative for an effect that an amplitude switches off.
     pub misfit_fall: f64,
@@ -163,7 +165,7 @@ pub struct Diagnosis {
     /// that follow from the calibrated one.
     pub structure: BTreeMap<String, f64>,
     /// What was computed for it, without the pictures of the report.
-    pub work: Counts,
+    pub counters: Counts,
     /// Friction level and sensor offset of each run.
     pub runs: Vec<RunValues>,
 }

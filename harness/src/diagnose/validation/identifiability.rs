@@ -19,6 +19,10 @@ const NAMED: f64 = 0.3;
 /// A direction that the data do not determine.
 #[derive(Debug, Clone, Serialize)]
 pub struct Undetermined {
+    /// The constants named in it.
+    pub parameters: Vec<String>,
+    /// The same in words.
+    pub statement: String,
     /// Its components: by constant, in standard deviations of what is believed of it; length 1 with those left out.
     pub combination: BTreeMap<String, f64>,
     /// Share of the variance believed that is left.
@@ -53,8 +57,16 @@ fn directions(scaled: DMatrix<f64>, names: &[&str]) -> Vec<Undetermined> {
             let vector = eigen.eigenvectors.column(k);
             let named = names.iter().zip(vector.iter());
             let named = named.filter(|(_, c)| c.abs() >= NAMED);
+            let combination: BTreeMap<String, f64> =
+                named.map(|(n, c)| ((*n).to_owned(), *c)).collect();
+            let parameters: Vec<String> = combination.keys().cloned().collect();
             Undetermined {
-                combination: named.map(|(n, c)| ((*n).to_owned(), *c)).collect(),
+                statement: match parameters.as_slice() {
+                    [one] => format!("{one} is not determined"),
+                    many => format!("{} act only together", many.join(", ")),
+                },
+                parameters,
+                combination,
                 variance_left: eigen.eigenvalues[k].min(1.0),
             }
         })
@@ -66,16 +78,7 @@ fn directions(scaled: DMatrix<f64>, names: &[&str]) -> Vec<Undetermined> {
 
 /// The directions in words; `None` where the data determine all.
 pub fn in_words(found: &[Undetermined]) -> Option<String> {
-    let told: Vec<String> = found
-        .iter()
-        .map(|u| {
-            let names: Vec<&str> = u.combination.keys().map(String::as_str).collect();
-            match names.as_slice() {
-                [one] => format!("{one} is not determined"),
-                many => format!("{} act only together", many.join(", ")),
-            }
-        })
-        .collect();
+    let told: Vec<&str> = found.iter().map(|u| u.statement.as_str()).collect();
     (!told.is_empty()).then(|| {
         format!(
             "The data leave more than half of what was believed before: {}. These values are those believed, not measured.",

@@ -18,7 +18,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::error::Error;
-use std::f64::consts::PI;
+use rustdct::DctPlanner;
 
 /// Share of the coefficients, from the lowest, in which a model's errors lie.
 const LOW: f64 = 0.2;
@@ -38,6 +38,7 @@ pub fn spectral_ratio(
     let point = &fitted.fit.point;
     let mut predictor = problem.predictor(&fitted.hypothesis)?;
     let runs = problem.campaign.runs.len();
+    let mut planner = DctPlanner::new();
     let (mut high, mut count) = (vec![0.0; runs], vec![0.0; runs]);
     let mut low = Vec::new();
     let mut y = Vec::new();
@@ -59,7 +60,7 @@ pub fn spectral_ratio(
             .map(|(m, y)| m - y)
             .collect();
         let n = rest.len();
-        let power: Vec<f64> = (1..n).map(|c| coefficient(&rest, c).powi(2)).collect();
+        let power = powers(&mut planner, rest);
         let (lowest, highest) = ((LOW * n as f64) as usize, (HIGH * n as f64) as usize);
         if lowest < 4 {
             continue;
@@ -79,16 +80,12 @@ pub fn spectral_ratio(
     Ok(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN))
 }
 
-/// Coefficient `c` of the orthonormal cosine transform (type II).
-fn coefficient(values: &[f64], c: usize) -> f64 {
-    let n = values.len() as f64;
-    let step = PI * c as f64 / n;
-    let sum: f64 = values
-        .iter()
-        .enumerate()
-        .map(|(i, v)| v * (step * (i as f64 + 0.5)).cos())
-        .sum();
-    sum * (2.0 / n).sqrt()
+/// Powers of the orthonormal cosine transform (type II) of some values, but for that of their mean.
+fn powers(planner: &mut DctPlanner<f64>, mut values: Vec<f64>) -> Vec<f64> {
+    let n = values.len();
+    planner.plan_dct2(n).process_dct2(&mut values);
+    let power = |c: &f64| c * c * 2.0 / n as f64;
+    values.iter().skip(1).map(power).collect()
 }
 
 #[cfg(test)]
@@ -100,7 +97,7 @@ mod tests {
         let values: Vec<f64> = (0..64).map(|i| (0.3 * f64::from(i)).sin()).collect();
         let mean = values.iter().sum::<f64>() / 64.0;
         let centred: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        let power: f64 = (1..64).map(|c| coefficient(&values, c).powi(2)).sum();
+        let power: f64 = powers(&mut DctPlanner::new(), values.clone()).iter().sum();
         assert!((power / centred - 1.0).abs() < 1e-12);
     }
 }
