@@ -12,6 +12,8 @@ pub const FURTHER: Stage = stage("single effects, further", 0.5);
 pub const LIBRARY: Stage = stage("library effects", 0.6);
 /// What comes close to the best, fitted until it compares.
 pub const CLOSE: Stage = stage("effects close to the best", 0.75);
+/// Every effect beside what explains the data.
+pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
 /// Two effects together.
 pub const PAIRS: Stage = stage("pairs of effects", 0.9);
 /// The best on all segments and samples.

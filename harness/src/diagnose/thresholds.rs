@@ -31,6 +31,10 @@ pub const TIE: f64 = 3.0;
 /// right, the others a search that had missed a pair (docs/blind-test.md).
 pub const SEARCHED: f64 = 0.89;
 
+/// Motions and derivatives of a segment after which no more pairs are begun: those of campaigns with two effects took up to 1.5
+/// million, a minute and a half on two processors.
+pub const MOST_WORK: u64 = 1_600_000;
+
 /// Scale of a start state in the evidence, in units of the sensor's noise; the same for every model, so that it cancels but
 /// for what a model has more.
 pub const STATE_SPREAD: f64 = 10.0;

@@ -5,6 +5,9 @@ use serde::Serialize;
 /// Every how many-th sample is used while searching.
 pub const STRIDE: usize = 2;
 
+/// Fall of the objective in nats that no verdict depends on: a thousandth of a tie.
+const LEAST_FALL: f64 = 0.003;
+
 /// How a fit is done.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct FitOptions {
@@ -14,8 +17,10 @@ pub struct FitOptions {
     pub stride: usize,
     /// Share of each segment that is used, from its start.
     pub share: f64,
-    /// A fit ends once Q falls by less than this share in an iteration.
+    /// A fit ends once Q falls by less than this share in an iteration, ...
     pub tolerance: f64,
+    /// ... or by less than this in nats: what is left then is a small part of what hypotheses differ by.
+    pub least_fall: f64,
     /// Iterations in a row that gain less than that after which a fit ends.
     pub patience: usize,
     /// Whether shared and own parameters move, or only the start states.
@@ -42,6 +47,7 @@ impl FitOptions {
             stride: STRIDE,
             share: 1.0,
             tolerance: 1e-3,
+            least_fall: LEAST_FALL,
             patience: 1,
             parameters: true,
             shared: true,

@@ -20,6 +20,8 @@ pub(crate) struct Information<'i, 'a, 'b> {
     linear: &'i [Option<Linear>],
     /// That on the parameters (shared, then each run's own) with the priors, every segment's start state free.
     matrix: DMatrix<f64>,
+    /// Descent of the objective by the same parameters, likewise.
+    gradient: DVector<f64>,
     /// First column of each run's own parameters.
     own_first: Vec<usize>,
 }
@@ -30,7 +32,7 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
     /// pressing force and a bristle's stiffness, which only show together, had 50 times the standard deviation believed of them).
     pub fn at(fitter: &'i Fitter<'a, 'b>, here: &'i Place, linear: &'i [Option<Linear>]) -> Self {
         let h = fitter.hypothesis;
-        let (mut matrix, _, own_first) = priors(fitter, &here.point);
+        let (mut matrix, mut gradient, own_first) = priors(fitter, &here.point);
         let kept = fitter.kept(&here.sums);
         for (k, l) in linear.iter().enumerate().filter(|(k, _)| kept[*k]) {
             let Some(l) = l else { continue };
@@ -40,8 +42,11 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             let columns: Vec<usize> = (0..h.shared.len()).chain(own).collect();
             let weight = fitter.weight(k, here.sums[k]);
             let list = directions(h, here.point.stuck[k]);
-            let of_segment = projected(l, weight, &state_precision(fitter, &list));
+            let believed = state_precision(fitter, &list);
+            let state: Vec<f64> = list.iter().map(|&i| here.point.states[k][i]).collect();
+            let (of_segment, descent) = projected(l, weight, (&believed, &state));
             for (i, &ci) in columns.iter().enumerate() {
+                gradient[ci] += descent[i];
                 for (j, &cj) in columns.iter().enumerate() {
                     matrix[(ci, cj)] += of_segment[(i, j)];
                 }
@@ -52,8 +57,14 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             here,
             linear,
             matrix,
+            gradient,
             own_first,
         }
+    }
+
+    /// Matrix and gradient.
+    pub fn into_system(self) -> (DMatrix<f64>, DVector<f64>) {
+        (self.matrix, self.gradient)
     }
 
     /// Covariance of the shared parameters on their scales.
@@ -137,15 +148,25 @@ fn state_precision(f: &Fitter, list: &[usize]) -> Vec<f64> {
     matrix.diagonal().iter().copied().collect()
 }
 
-/// Information of a segment on the parameters, its start state free: `w P' P` with P what of the derivatives by the parameters
-/// no change of the start state explains, `K - Q Q' K` with `Q R` the derivatives by the state, below them a row for what is
-/// believed of each of its components (QR decomposition).
-fn projected(linear: &Linear, weight: f64, believed: &[f64]) -> DMatrix<f64> {
+/// Information of a segment on the parameters and descent by them, its start state free: `w P' P` and `w P' r` with r the residuals
+/// and P what of the derivatives by the parameters no change of the start state explains, `K - Q Q' K` with `Q R` the
+/// derivatives by the state, below them a row for what is believed of each of its components, precision and value (QR
+/// decomposition).
+fn projected(
+    linear: &Linear,
+    weight: f64,
+    (believed, state): (&[f64], &[f64]),
+) -> (DMatrix<f64>, DVector<f64>) {
     let (rows, states) = linear.states.shape();
     let root = weight.sqrt();
     let mut by_state = linear.states.clone().insert_rows(rows, states, 0.0) * root;
+    let mut residual = DVector::zeros(rows + states);
+    for (to, r) in residual.iter_mut().zip(&linear.residual) {
+        *to = root * r;
+    }
     for (c, precision) in believed.iter().enumerate() {
         by_state[(rows + c, c)] = precision.sqrt();
+        residual[rows + c] = -precision.sqrt() * state[c];
         let norm = by_state.column(c).norm();
         if norm > 0.0 {
             by_state.column_mut(c).unscale_mut(norm);
@@ -158,5 +179,5 @@ fn projected(linear: &Linear, weight: f64, believed: &[f64]) -> DMatrix<f64> {
         let explained = &q * q.tr_mul(&free);
         free -= explained;
     }
-    free.tr_mul(&free)
+    (free.tr_mul(&free), free.tr_mul(&residual))
 }

@@ -4,12 +4,15 @@ use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fitter::{Fitter, Place, directions, sum_of_squares};
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::estimation::sensitivities::Turned;
-use crate::diagnose::model::point::{Point, SegmentStart};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::simulator::SegmentStart;
 use nalgebra::DVector;
 
 /// Shares of a segment over which its start is fitted one after another, and iterations for each.
 const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (1.0, 6)];
 
+/// Fall in nats of a segment's loss that another start must bring: less is what the fit of all gains anyway.
+const NOTICED: f64 = 1.0;
 /// How many of these shares are a segment's beginning.
 const BEGINNING: usize = 2;
 /// Fall of a segment's sum of squares, as a share of it, below which the fit of its start ends.
@@ -51,6 +54,28 @@ impl Fitter<'_, '_> {
         }
         self.options.share = share;
         sum
+    }
+
+    /// Whether a fit meets segment `k` noticeably better than another one does.
+    pub fn is_met_better(&self, k: usize, by: &Fit, than: &Fit) -> bool {
+        let loss = |fit: &Fit| self.loss(k, fit.mean_square[k] * self.count(k));
+        loss(by) < loss(than) - NOTICED
+    }
+
+    /// Puts another start into `point` if, fitted, it lowers the segment's loss by more than chance would; whether it did.
+    pub fn try_start(&mut self, k: usize, point: &mut Point, start: SegmentStart) -> bool {
+        let mine = point.start(k);
+        if mine == start {
+            return false;
+        }
+        let before = self.sum(k, point);
+        point.put(k, start);
+        let after = self.fit_start(k, point, &GROWING[GROWING.len() - 1..]);
+        let is_better = self.loss(k, after) < self.loss(k, before) - NOTICED;
+        if !is_better {
+            point.put(k, mine);
+        }
+        is_better
     }
 
     fn fit_start_over(&mut self, k: usize, point: &mut Point, iterations: usize) -> f64 {

@@ -47,6 +47,8 @@ impl Fitter<'_, '_> {
         } else {
             (FIRST_DAMPING, self.options.tolerance)
         };
+        let least = self.options.least_fall;
+        let enough = |before: f64| (tolerance * before.abs()).max(least);
         let mut damping = first_damping;
         // Where all was differentiated last, by derivatives and not by updates.
         let mut differentiated = None;
@@ -75,11 +77,11 @@ impl Fitter<'_, '_> {
                 let fall = here.merit - next.merit;
                 self.update(&mut linear, &here, &next);
                 here = next;
-                if fall < tolerance * before.abs() {
+                if fall < enough(before) {
                     break;
                 }
             }
-            if before - here.merit < tolerance * before.abs() {
+            if before - here.merit < enough(before) {
                 strikes += 1;
                 if strikes == self.options.patience {
                     break;
@@ -99,12 +101,11 @@ impl Fitter<'_, '_> {
         self.fit_at(here, covariance, occam.unwrap_or(f64::NEG_INFINITY))
     }
 
-    /// Information matrix and gradient of the parameters at a point, each segment's start state projected out.
-    pub fn reduced_at(&mut self, point: Point) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// Information matrix and descent of the objective by the parameters at a point, each segment's start state projected out.
+    pub fn reduced_at(&mut self, point: Point) -> (DMatrix<f64>, DVector<f64>) {
         let here = self.evaluate(point);
         let linear = self.linearise_all(&here);
-        let (matrix, gradient, _) = Normal::assemble(self, &here, &linear).reduced(0.0)?;
-        Some((matrix, gradient))
+        Information::at(self, &here, &linear).into_system()
     }
 
     /// One step of Levenberg-Marquardt; `None` if no damping gives a fall.

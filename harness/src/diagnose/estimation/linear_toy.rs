@@ -14,8 +14,8 @@ use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
-use crate::diagnose::model::point::{Point, SegmentStart, Turn};
-use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
 use crate::diagnose::model::work::Work;
 use crate::diagnose::thresholds::STATE_SPREAD;
 use crate::error::Error;
@@ -179,6 +179,7 @@ fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
         stride: 1,
         robust: false,
         tolerance: 1e-12,
+        least_fall: 0.0,
         ..FitOptions::search(20)
     };
     let mut toy = LinearToy { tangents };

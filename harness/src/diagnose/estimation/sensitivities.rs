@@ -2,8 +2,8 @@
 
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions};
 use crate::diagnose::model::parameter::Parameter;
-use crate::diagnose::model::point::{Point, Turn};
-use crate::diagnose::model::simulator::{Samples, SegmentValues};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Turn};
 use nalgebra::{DMatrix, DVector};
 
 /// A segment's prediction, linearised.

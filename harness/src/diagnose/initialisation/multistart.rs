@@ -75,6 +75,56 @@ pub fn from_nested(
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
+/// The point of a fit with the start states of other fits to the same segments where these bring a segment nearer to the
+/// measurement, each fitted first; `None` where none does.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn better_starts(
+    problem: &Problem,
+    segments: &[Segment],
+    fitted: &FittedHypothesis,
+    others: &[&FittedHypothesis],
+    options: FitOptions,
+) -> Result<Option<Point>, Error> {
+    let h = &fitted.hypothesis;
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(h)?;
+    let mut fitter = Fitter::new(&mut predictor, h, &data, options);
+    let mut point = fitted.fit.point.clone();
+    let mut any = false;
+    for k in 0..segments.len() {
+        for other in others {
+            if fitter.is_met_better(k, &other.fit, &fitted.fit) {
+                let theirs = widen(other, h, &point).start(k);
+                any |= fitter.try_start(k, &mut point, theirs);
+            }
+        }
+    }
+    Ok(any.then_some(point))
+}
+
+/// Fits a hypothesis further from `start`, which a fit to the same segments has reached.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn continued(
+    problem: &Problem,
+    hypothesis: Hypothesis,
+    segments: &[Segment],
+    start: Point,
+    options: FitOptions,
+) -> Result<FittedHypothesis, Error> {
+    let data = problem.data(segments);
+    let choices = &hypothesis.choices;
+    let question = ("continued", choices, segments, data.noise, &start, options);
+    let fit = problem.finished.recall(&question, || {
+        let mut predictor = problem.predictor(&hypothesis)?;
+        Ok(Fitter::new(&mut predictor, &hypothesis, &data, options).run(start.clone()))
+    })?;
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
 /// Fits a hypothesis from `start`: its start states first, then all.
 ///
 /// # Errors

@@ -155,7 +155,7 @@ pub fn lines(
             let r = DVector::from_column_slice(residual);
             let r = &r - remove * remove.tr_mul(&r);
             let noise = data.noise[segment.run];
-            let weight = 1.0 / (noise * noise + r.norm_squared() / r.len() as f64);
+            let weight = 1.0 / (noise * noise).max(r.norm_squared() / r.len() as f64);
             let middle = match argument {
                 Argument::Time => 0.5 * (segment.time[0] + segment.time[segment.time.len() - 1]),
                 Argument::Travel => 0.5 * (segment.travel + segment.travel_end),

@@ -17,16 +17,21 @@ use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::response_spectrum;
-use crate::diagnose::initialisation::starts::at;
+use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::effect_card::{EffectCard, Role};
-use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
+use crate::diagnose::model::periodic::Line;
 use crate::diagnose::model::point::Point;
+use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 
 /// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
 const BARELY_ON: f64 = 1e-3;
+/// Lines of the screen's spectrum that are tested on all data: what is worth its price there stands out of the noise's lines on a part
+/// of them, but not always above all of these.
+const SEEN_LINES: usize = 5;
 /// Shapes that are tried, as factors on the typical one.
 const SHAPES: [f64; 3] = [1.0, 0.2, 5.0];
 
@@ -34,39 +39,60 @@ const SHAPES: [f64; 3] = [1.0, 0.2, 5.0];
 pub(crate) struct Promise {
     /// Expected gain in evidence, nats.
     pub gain: f64,
+    /// Expected fall of the negative logarithm of the likelihood, nats: the same without the price of what is free.
+    pub fall: f64,
     /// The smaller model's optimum with the effect barely on, in the shape that promises most.
     pub start: Point,
+    /// What the data would tell of its strength; `None` for what repeats.
+    pub strength: Option<Strength>,
 }
 
-/// The largest expected gain in evidence of the last effect of `choices` beside `base`, over its shapes or at the strongest
-/// line of what repeats; `None` where nothing switches it off by degrees.
+/// What the data tell of a strength that is none or weak.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Strength {
+    /// Its standard deviation, all else being free, in its unit.
+    pub std: f64,
+    /// Price in nats of leaving it free.
+    pub occam: f64,
+}
+
+/// A hypothesis at its optimum on some segments.
+#[derive(Clone, Copy)]
+pub(crate) struct At<'a> {
+    /// The segments.
+    pub segments: &'a [Segment],
+    /// The fit to them.
+    pub base: &'a FittedHypothesis,
+}
+
+/// The largest expected gain in evidence of the last effect of `choices` beside a hypothesis that lacks it, over its shapes or at
+/// the strongest lines of what repeats; `None` where nothing switches it off by degrees. Lines are looked for on the segments of
+/// `screen`, since a spectrum takes hundreds of motions of each, and tested on those of `at`.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
 pub(crate) fn promise(
     problem: &Problem,
-    segments: &[Segment],
     choices: &[Choice],
-    base: &FittedHypothesis,
+    screen: At,
+    at: At,
 ) -> Result<Option<Promise>, Error> {
     let card = &problem.catalogue[choices.last().expect("one more effect").effect];
     let h = problem.hypothesis(choices)?;
-    let data = problem.data(segments);
+    let data = problem.data(at.segments);
     let mut predictor = problem.predictor(&h)?;
-    let from_base = widen(base, &h, &Point::centre(&h, segments));
-    if card.find_role(Role::Phase).is_some() {
-        let point = &from_base;
-        let lines =
-            response_spectrum::lines(&mut predictor, &h, card, &data, point, STRIDE, 1, None);
-        let at_line = lines.first().map(|line| {
-            let lines = response_spectrum::independent_lines(card, segments);
-            let gain = gain_of_line(line.gain, lines, problem.fitted_runs());
-            let start = at(&h, card, &from_base, line).unwrap_or(from_base.clone());
-            Promise { gain, start }
-        });
-        let start = from_base.clone();
-        let gain = f64::NEG_INFINITY;
-        return Ok(Some(at_line.unwrap_or(Promise { gain, start })));
+    let from_base = widen(at.base, &h, &Point::centre(&h, at.segments));
+    if card.repeats() {
+        let line = best_line(problem, &h, card, &mut predictor, (screen, at, &from_base));
+        let lines = response_spectrum::independent_lines(card, at.segments);
+        let fall = line.as_ref().map_or(0.0, |line| line.gain);
+        let start = line.and_then(|line| on_line(&h, card, &from_base, &line));
+        return Ok(Some(Promise {
+            gain: gain_of_line(fall, lines, problem.fitted_runs()),
+            fall,
+            start: start.unwrap_or(from_base),
+            strength: None,
+        }));
     }
     let index = |i: usize| h.shared_index(&format!("{}.{}", card.id, card.parameters[i].name));
     let Some(strength) = strength(card) else {
@@ -79,6 +105,11 @@ pub(crate) fn promise(
     let shapes: Vec<usize> = (0..card.parameters.len())
         .filter(|&i| is_other_shape(i))
         .collect();
+    let options = FitOptions {
+        robust: false,
+        stride: 1,
+        ..FitOptions::search(1)
+    };
     let mut best: Option<Promise> = None;
     for factor in SHAPES {
         let mut point = from_base.clone();
@@ -90,25 +121,60 @@ pub(crate) fn promise(
                 point.shared[j] = h.shared[j].clamp(h.shared[j].position(value));
             }
         }
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, FitOptions::search(1));
-        if let Some((mut matrix, mut gradient)) = fitter.reduced_at(point.clone()) {
-            let (parameter, u) = (&h.shared[c], point.shared[c]);
-            // What is believed of it beforehand counts in the price alone.
-            let precision = parameter.prior_std.powi(-2);
-            matrix[(c, c)] -= precision;
-            gradient[c] += precision * (u - parameter.position(parameter.prior));
-            let p = &card.parameters[strength];
-            let std = (p.max - p.min) / 12.0_f64.sqrt() / parameter.slope(u);
-            let gain = gain(&matrix, &gradient, c, std);
-            if let Some(gain) = gain.filter(|g| best.as_ref().is_none_or(|b| *g > b.gain)) {
-                best = Some(Promise { gain, start: point });
-            }
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, options);
+        let (mut matrix, mut gradient) = fitter.reduced_at(point.clone());
+        let (parameter, u) = (&h.shared[c], point.shared[c]);
+        // What is believed of it beforehand counts in the price alone.
+        let precision = parameter.prior_std.powi(-2);
+        matrix[(c, c)] -= precision;
+        gradient[c] += precision * (u - parameter.position(parameter.prior));
+        let p = &card.parameters[strength];
+        let std = (p.max - p.min) / 12.0_f64.sqrt() / parameter.slope(u);
+        let Some(found) = gain(&matrix, &gradient, c, std, p.min >= 0.0) else {
+            continue;
+        };
+        if best.as_ref().is_none_or(|b| found.gain > b.gain) {
+            best = Some(Promise {
+                gain: found.gain,
+                fall: found.gain + found.occam,
+                start: point,
+                strength: Some(Strength {
+                    std: found.std * parameter.slope(u).abs(),
+                    occam: found.occam,
+                }),
+            });
         }
         if shapes.is_empty() {
             break;
         }
     }
     Ok(best)
+}
+
+/// The line of an effect that repeats which gains most on the segments tested, of the strongest ones of the screen.
+fn best_line(
+    problem: &Problem,
+    h: &Hypothesis,
+    card: &EffectCard,
+    predictor: &mut Predictor,
+    (screen, at, from_base): (At, At, &Point),
+) -> Option<Line> {
+    let seen = problem.data(screen.segments);
+    let point = widen(screen.base, h, &Point::centre(h, screen.segments));
+    let lines =
+        response_spectrum::lines(predictor, h, card, &seen, &point, STRIDE, SEEN_LINES, None);
+    let data = problem.data(at.segments);
+    let tested = lines.iter().filter_map(|line| {
+        let near = Some(line.value);
+        let again = response_spectrum::lines(predictor, h, card, &data, from_base, 1, 1, near);
+        again.into_iter().next()
+    });
+    tested.max_by(|a, b| a.gain.total_cmp(&b.gain))
+}
+
+/// Whether a score test can speak of an effect: something switches it off by degrees, or it repeats.
+pub(crate) fn is_testable(card: &EffectCard) -> bool {
+    card.repeats() || strength(card).is_some()
 }
 
 /// The parameter that switches an effect off by degrees: its amplitude, or its only constant, a time that goes to zero.
@@ -134,8 +200,23 @@ fn gain_of_line(fall: f64, lines: f64, runs: usize) -> f64 {
     fall - 0.5 * constants * (2.0 * fall / constants).ln_1p() - lines.max(1.0).ln()
 }
 
-/// Expected gain of parameter `c` with the belief `std`, all others projected out; `None` where the others are not determined.
-fn gain(matrix: &DMatrix<f64>, gradient: &DVector<f64>, c: usize, std: f64) -> Option<f64> {
+/// Expected gain of a strength, its standard deviation on its own scale and the price of leaving it free.
+#[derive(Debug, Clone, Copy)]
+struct Gain {
+    gain: f64,
+    std: f64,
+    occam: f64,
+}
+
+/// That of parameter `c` with the belief `std`, all others projected out; one that can't be negative gains nothing where the
+/// data pull it there. `None` where the others are not determined, or nothing tells of it.
+fn gain(
+    matrix: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    c: usize,
+    std: f64,
+    is_positive: bool,
+) -> Option<Gain> {
     let others: Vec<usize> = (0..matrix.nrows()).filter(|&i| i != c).collect();
     let inner = matrix.select_rows(&others).select_columns(&others);
     let scale = DVector::from_iterator(
@@ -151,8 +232,13 @@ fn gain(matrix: &DMatrix<f64>, gradient: &DVector<f64>, c: usize, std: f64) -> O
     let solved = factor.solve(&across);
     let information = matrix[(c, c)] - across.dot(&solved);
     let score = gradient[c] - solved.dot(&pick(gradient.clone()));
-    let price = 0.5 * (std * std * information.max(0.0)).ln_1p();
-    (information > 0.0).then(|| 0.5 * score * score / (information + std.powi(-2)) - price)
+    let score = if is_positive { score.max(0.0) } else { score };
+    let occam = 0.5 * (std * std * information.max(0.0)).ln_1p();
+    (information > 0.0).then(|| Gain {
+        gain: 0.5 * score * score / (information + std.powi(-2)) - occam,
+        std: information.sqrt().recip(),
+        occam,
+    })
 }
 
 #[cfg(test)]
@@ -187,7 +273,7 @@ mod tests {
         let mut gradient = design.tr_mul(&rest);
         gradient[0] -= level * std[0].powi(-2);
         let expected = evidence(2) - evidence(1);
-        let found = gain(&matrix, &gradient, 1, std[1]).unwrap();
+        let found = gain(&matrix, &gradient, 1, std[1], false).unwrap().gain;
         assert!(
             (found - expected).abs() < 1e-9 * expected.abs(),
             "{found} {expected}"

@@ -71,7 +71,7 @@ pub(crate) fn starts<'a>(
         }
         p
     };
-    if effect.find_role(Role::Phase).is_some() {
+    if effect.repeats() {
         let fresh_lines = match search.nuisances {
             Nuisances::All => usize::MAX,
             Nuisances::Some => FRESH_LINES,

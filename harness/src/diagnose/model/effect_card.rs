@@ -81,6 +81,11 @@ impl EffectCard {
         self.parameters.iter().position(|p| p.role == role)
     }
 
+    /// Whether it repeats in time or along the belt, with a phase of its own in each run.
+    pub fn repeats(&self) -> bool {
+        self.find_role(Role::Phase).is_some()
+    }
+
     /// How long a search for it takes beside that for others, roughly: what is free in it, and a grid for a frequency.
     pub fn weight(&self) -> usize {
         const GRID: usize = 10;

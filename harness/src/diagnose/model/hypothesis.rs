@@ -2,9 +2,10 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::belt_profile::{Track, add_profile};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::diagnose::model::periodic::{Argument, argument, periodic};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Campaign, Run};
@@ -131,6 +132,34 @@ pub(crate) const NEARLY_OFF: f64 = 1e-6;
 
 /// Effects whose friction has a memory of its own: sticking is not rigid then.
 const MEMORY_STATE: &str = "deflection";
+
+/// Bounds of a frequency or wavelength: within the effect's, and such that some run sees a whole period of it. What has not come
+/// round once is no repetition, and imitates whatever changes slowly.
+fn seen_whole(
+    effect: &EffectCard,
+    p: &EffectParameter,
+    campaign: &Campaign,
+    tracks: &[Track],
+) -> (f64, f64) {
+    let longest = |spans: &mut dyn Iterator<Item = f64>| spans.fold(0.0, f64::max);
+    let (least, most) = match argument(effect) {
+        Some(Argument::Time) => {
+            let duration = |r: &Run| r.time[r.time.len() - 1] - r.time[0];
+            let longest = longest(&mut campaign.runs.iter().map(duration));
+            (p.min.max(longest.recip()), p.max)
+        }
+        Some(Argument::Travel) => {
+            let longest = longest(&mut tracks.iter().map(|t| t.high - t.low));
+            (p.min, p.max.min(longest))
+        }
+        None => (p.min, p.max),
+    };
+    if least < most {
+        (least, most)
+    } else {
+        (p.min, p.max)
+    }
+}
 
 impl Hypothesis {
     /// The reference model with the effects of `choices`.
@@ -281,8 +310,12 @@ impl Hypothesis {
                 } else {
                     p.typical.abs()
                 };
+                let (least, most) = match periodic(effect) {
+                    Some((_, shape)) if shape == index => seen_whole(effect, p, campaign, tracks),
+                    _ => (p.min, p.max),
+                };
                 let centre = if p.role == Role::Shape {
-                    p.typical
+                    p.typical.clamp(least, most)
                 } else {
                     0.0
                 };
@@ -308,9 +341,9 @@ impl Hypothesis {
                         Role::Phase => -1e3,
                         // Quite off an effect has no derivatives, which would look like certainty.
                         Role::Amplitude if p.min == 0.0 => NEARLY_OFF * p.typical,
-                        _ => p.min,
+                        _ => least,
                     },
-                    max: if p.role == Role::Phase { 1e3 } else { p.max },
+                    max: if p.role == Role::Phase { 1e3 } else { most },
                     step: match p.role {
                         Role::Phase => 0.01,
                         _ => 0.01 * typical,

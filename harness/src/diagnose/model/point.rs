@@ -3,7 +3,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
-use crate::diagnose::model::simulator::SegmentValues;
+use crate::diagnose::model::simulator::{SegmentStart, SegmentValues};
 use crate::metric::median;
 use serde::{Deserialize, Serialize};
 
@@ -18,26 +18,6 @@ pub struct Point {
     pub states: Vec<Vec<f64>>,
     /// Whether each segment starts in stick.
     pub stuck: Vec<bool>,
-}
-
-/// One thing that can be turned in a segment.
-#[derive(Debug, Clone, Copy)]
-pub enum Turn {
-    /// A component of its start state.
-    State(usize),
-    /// A shared parameter.
-    Shared(usize),
-    /// One of its run's own parameters.
-    PerRun(usize),
-}
-
-/// Where a segment starts, besides its parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SegmentStart {
-    /// Modal states, then deviations of the effects' states.
-    pub state: Vec<f64>,
-    /// Whether it starts in stick.
-    pub stuck: bool,
 }
 
 impl Point {

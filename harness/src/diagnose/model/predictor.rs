@@ -2,8 +2,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
-use crate::diagnose::model::point::{SegmentStart, Turn};
-use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::{Directions, Fmu, Instance, Tangents};

@@ -1,8 +1,27 @@
 //! What a fit asks of a model: the displacement over a segment, and its derivatives.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::model::point::{SegmentStart, Turn};
 use crate::error::Error;
+
+/// One thing that can be turned in a segment.
+#[derive(Debug, Clone, Copy)]
+pub enum Turn {
+    /// A component of its start state.
+    State(usize),
+    /// A shared parameter.
+    Shared(usize),
+    /// One of its run's own parameters.
+    PerRun(usize),
+}
+
+/// Where a segment starts, besides its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SegmentStart {
+    /// Modal states, then deviations of the effects' states.
+    pub state: Vec<f64>,
+    /// Whether it starts in stick.
+    pub stuck: bool,
+}
 
 /// All that the prediction of a segment depends on.
 #[derive(Debug, Clone, Copy)]

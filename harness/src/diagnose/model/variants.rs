@@ -44,10 +44,3 @@ pub fn variants_of(problem: &Problem, wanted: impl Fn(&EffectCard) -> bool) -> V
 pub fn library(problem: &Problem) -> Vec<Choice> {
     variants_of(problem, |effect| is_library_effect(&effect.id))
 }
-
-/// Those without a phase.
-pub fn smooth_library(problem: &Problem) -> Vec<Choice> {
-    variants_of(problem, |effect| {
-        is_library_effect(&effect.id) && effect.find_role(Role::Phase).is_none()
-    })
-}

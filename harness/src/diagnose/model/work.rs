@@ -42,6 +42,11 @@ impl Work {
         self.fits.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Motions and derivatives so far.
+    pub fn spent(&self) -> u64 {
+        self.motions.load(Ordering::Relaxed) + self.sensitivities.load(Ordering::Relaxed)
+    }
+
     /// What was counted so far.
     pub fn counts(&self) -> Counts {
         Counts {

@@ -8,12 +8,12 @@ use crate::diagnose::model::library;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{
-    Diagnosis, Evidence, FoundEffect, RunValues, Rung, Standing, Verdict,
+    Diagnosis, Evidence, FoundEffect, FurtherEffect, RunValues, Rung, Standing, Verdict,
 };
 use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::selection::decision::probabilities;
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
@@ -143,6 +143,7 @@ pub fn conclude(
         forecast,
         noise_std_m: problem.noise.iter().sum::<f64>() / problem.noise.len() as f64,
         candidates: standings(problem, selection),
+        further_effects: further_effects(problem, selection),
         residual,
         proposed_terms,
         next_measurement,
@@ -414,7 +415,7 @@ fn all_models(selection: &Selection) -> Vec<&FittedModel> {
 /// Probability of the verdict: what the hypotheses share that say the same.
 fn probability_of(selection: &Selection, verdict: Verdict) -> f64 {
     let all = all_models(selection);
-    let shares = probabilities(&all);
+    let (shares, _) = probabilities(&all, &selection.tested);
     let of = |wanted: &dyn Fn(&FittedModel) -> bool| -> f64 {
         let wanted = all.iter().zip(&shares).filter(|(c, _)| wanted(c));
         wanted.map(|(_, p)| p).sum()
@@ -433,7 +434,7 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
         |c: &&Choice| library::is_library_effect(&problem.catalogue[c.effect].id);
     let of_catalogue = |c: &FittedModel| !c.choices.iter().any(|choice| is_library_effect(&choice));
     let everything = all_models(selection);
-    let shares = probabilities(&everything);
+    let (shares, of_tested) = probabilities(&everything, &selection.tested);
     let listed: Vec<&FittedModel> = selection
         .path
         .iter()
@@ -441,33 +442,70 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
         .chain(selection.listed_pairs())
         .collect();
     let is_listed = |c: &FittedModel| listed.iter().any(|l| std::ptr::eq(*l, c));
-    let mut all: Vec<(&FittedModel, f64)> = everything
+    let all: Vec<(&FittedModel, f64)> = everything
         .into_iter()
         .zip(shares)
         .filter(|(c, _)| of_catalogue(c) && is_listed(c))
         .collect();
-    all.sort_by(|(a, _), (b, _)| a.score().total_cmp(&b.score()));
-    all.iter()
-        .map(|(c, probability)| Standing {
-            id: crate::diagnose::selection::fitted_model::name(problem, &c.choices),
-            holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
-            probability: *probability,
-            score: base - c.score(),
-            log_evidence: -c.score(),
-            misfit_fall: selection.calibrated.fitted.fit.misfit - c.fitted.fit.misfit,
-            fit_over_noise: c.fit.quantile(0.5),
-            free_values: c.size(),
-            parameters: c
-                .fitted
-                .hypothesis
-                .shared
-                .iter()
-                .zip(&c.fitted.fit.point.shared)
-                .filter(|(k, _)| is_effect(problem, &k.name))
-                .map(|(k, u)| (k.name.clone(), k.value(*u)))
-                .collect(),
+    let fitted = all.iter().map(|(c, probability)| Standing {
+        id: name(problem, &c.choices),
+        holdout_nrmse: c.holdout.as_ref().map_or(f64::NAN, |h| h.nrmse),
+        probability: *probability,
+        score: base - c.score(),
+        log_evidence: -c.score(),
+        misfit_fall: selection.calibrated.fitted.fit.misfit - c.fitted.fit.misfit,
+        fit_over_noise: c.fit.quantile(0.5),
+        free_values: c.size(),
+        parameters: c
+            .fitted
+            .hypothesis
+            .shared
+            .iter()
+            .zip(&c.fitted.fit.point.shared)
+            .filter(|(k, _)| is_effect(problem, &k.name))
+            .map(|(k, u)| (k.name.clone(), k.value(*u)))
+            .collect(),
+        fitted: true,
+        detection_limit: None,
+    });
+    let not_fitted = selection.tested.iter().zip(of_tested);
+    let not_fitted = not_fitted.filter_map(|(t, probability)| {
+        let beside = all_models(selection)
+            .into_iter()
+            .find(|c| c.choices == t.beside())?;
+        let is_listed = |c: &Choice| !is_library_effect(&c);
+        (t.beside().is_empty() && t.choices.iter().all(is_listed)).then(|| Standing {
+            id: name(problem, &t.choices),
+            holdout_nrmse: f64::NAN,
+            probability,
+            score: base - beside.score() + t.gain,
+            log_evidence: t.gain - beside.score(),
+            misfit_fall: selection.calibrated.fitted.fit.misfit - beside.fitted.fit.misfit + t.fall,
+            fit_over_noise: beside.fit.quantile(0.5),
+            free_values: beside.size(),
+            parameters: BTreeMap::new(),
+            fitted: false,
+            detection_limit: t.detection_limit,
         })
-        .collect()
+    });
+    let mut standings: Vec<Standing> = fitted.chain(not_fitted).collect();
+    standings.sort_by(|a, b| b.score.total_cmp(&a.score));
+    standings
+}
+
+/// What a score test says of effects beside the hypothesis named.
+fn further_effects(problem: &Problem, selection: &Selection) -> Vec<FurtherEffect> {
+    let (_, shares) = probabilities(&all_models(selection), &selection.tested);
+    let named = selection.path.last().map(|p| p.choices.as_slice());
+    let rows = selection.tested.iter().zip(shares);
+    let rows = rows.filter(|(t, _)| Some(t.beside()) == named);
+    rows.map(|(t, probability)| FurtherEffect {
+        id: name(problem, &t.choices[t.beside().len()..]),
+        probability,
+        score: t.gain,
+        detection_limit: t.detection_limit,
+    })
+    .collect()
 }
 
 fn run_values(problem: &Problem, step: &Step) -> Vec<RunValues> {

@@ -116,6 +116,25 @@ pub struct Standing {
     pub free_values: usize,
     /// Found parameter values.
     pub parameters: BTreeMap<String, f64>,
+    /// Whether it was fitted; a score test beside an adequate hypothesis tells of the others that no fit could change the verdict.
+    pub fitted: bool,
+    /// Strength at which it would be named with even odds, in the unit of the parameter that switches it on; where a score test tells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detection_limit: Option<f64>,
+}
+
+/// An effect beside those named, by a score test.
+#[derive(Debug, Clone, Serialize)]
+pub struct FurtherEffect {
+    /// Identifier.
+    pub id: String,
+    /// Posterior probability that it is at work beside those named.
+    pub probability: f64,
+    /// Expected gain in evidence on all data, nats.
+    pub score: f64,
+    /// Strength at which it would be named with even odds, in the unit of the parameter that switches it on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detection_limit: Option<f64>,
 }
 
 /// The whole diagnosis.
@@ -136,6 +155,9 @@ pub struct Diagnosis {
     pub noise_std_m: f64,
     /// All candidates, best first.
     pub candidates: Vec<Standing>,
+    /// Effects beside those named of which a score test says that no fit could change the verdict.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_effects: Vec<FurtherEffect>,
     /// Where the calibrated model fails.
     pub residual: serde_json::Value,
     /// Terms proposed where something outside the catalogue is missing; they stand in `residual`.

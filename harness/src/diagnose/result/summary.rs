@@ -7,7 +7,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::select::{Beyond, Selection};
 use crate::diagnose::selection::ties::others;
-use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
+use crate::diagnose::thresholds::{MOST_SPECTRAL_RATIO, MOST_WORK};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
 
@@ -75,6 +75,11 @@ pub(crate) fn remarks(
                 values.join(", ")
             ));
         }
+    }
+    if !selection.explained && !selection.by_hand && problem.work.spent() > MOST_WORK {
+        out.push(
+            "The budget of the search was spent before all pairs of effects were tried.".to_owned(),
+        );
     }
     if selection.stopped {
         out.push("Stopped before the end: candidates not listed were not tried.".into());

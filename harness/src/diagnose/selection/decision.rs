@@ -4,13 +4,15 @@
 //! approximation and the prior below. Only adequate hypotheses take part: those that leave no more than noise. Where none
 //! does, something else is at work.
 
+use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::multistart::settled;
+use crate::diagnose::initialisation::multistart::{better_starts, continued, settled};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
+use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::thresholds::{CLAIMED, CLOSE, FINALISTS, SEARCHED, SECOND};
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -29,6 +31,12 @@ pub(crate) fn log_prior(problem: &Problem, effects: usize) -> f64 {
 /// Logarithm of a hypothesis's posterior on the segments compared, up to a constant, nats.
 pub(crate) fn log_posterior(problem: &Problem, model: &FittedModel) -> f64 {
     log_prior(problem, model.choices.len()) - model.score()
+}
+
+/// The same on all segments of the runs fitted; `None` for a model that was not fitted to them.
+pub(crate) fn log_posterior_on_all(problem: &Problem, model: &FittedModel) -> Option<f64> {
+    let fitted = model.full_refit.as_ref()?;
+    Some(log_prior(problem, model.choices.len()) + fitted.fit.log_evidence)
 }
 
 /// Works out the posterior of every model and gives the best adequate one's place; `None` where none is adequate. The
@@ -72,16 +80,20 @@ pub(crate) fn decide(
             continue;
         }
         refit_from_larger(problem, models, &finalists)?;
+        share_starts(problem, models, &finalists)?;
         // On all segments among those; the others stay as far behind the best of them as they are on the segments compared.
         let on_all = |c: &FittedModel| {
-            let full_refit = c.full_refit.as_ref().expect("fitted to all shots above");
-            log_prior(problem, c.choices.len()) + full_refit.fit.log_evidence
+            log_posterior_on_all(problem, c).expect("finalists are fitted to all above")
         };
         let leading = finalists
             .iter()
             .copied()
             .max_by(|&a, &b| on_all(models[a]).total_cmp(&on_all(models[b])))
             .expect("not empty");
+        if has_better_part(problem, models, leading) {
+            models[leading].is_refuted = true;
+            continue;
+        }
         let ahead = models[leading].log_posterior;
         let top = on_all(models[leading]);
         for i in 0..models.len() {
@@ -97,6 +109,21 @@ pub(crate) fn decide(
         }
         return Ok(Some(simplest(models, leading)));
     }
+}
+
+/// Whether a hypothesis that lacks some of a model's effects, fitted to the same data, is more probable than the model itself: what a
+/// further effect then does to residuals that are not white is no evidence for it, though the smaller hypothesis is not
+/// adequate either.
+fn has_better_part(problem: &Problem, models: &[&mut FittedModel], leading: usize) -> bool {
+    let whole = &models[leading];
+    let is_part = |c: &FittedModel| {
+        c.choices.len() < whole.choices.len() && c.choices.iter().all(|e| whole.choices.contains(e))
+    };
+    let posterior = |c: &FittedModel| log_posterior_on_all(problem, c);
+    models
+        .iter()
+        .filter(|c| is_part(c))
+        .any(|c| posterior(c) >= posterior(whole))
 }
 
 /// Fits each finalist again from the optimum of those that extend it, so that none is left in a worse minimum than what is one
@@ -136,6 +163,44 @@ fn refit_from_larger(
     Ok(())
 }
 
+/// Tries in each finalist the start states of the others, segment by segment, and fits it further where that helps: a segment
+/// that one fit met and another lost would else be counted as evidence.
+pub(crate) fn share_starts(
+    problem: &Problem,
+    models: &mut [&mut FittedModel],
+    finalists: &[usize],
+) -> Result<(), Error> {
+    let segments = problem.copies(&problem.fit_segments(1));
+    let fits: Vec<&FittedHypothesis> = finalists
+        .iter()
+        .map(|&i| {
+            models[i]
+                .full_refit
+                .as_ref()
+                .expect("finalists are fitted to all")
+        })
+        .collect();
+    let places: Vec<usize> = (0..fits.len()).collect();
+    let again = parallel(&places, |&mine| {
+        let others = (0..fits.len()).filter(|&i| i != mine).map(|i| fits[i]);
+        let others: Vec<&FittedHypothesis> = others.collect();
+        let options = full_refit::last_options();
+        let start = better_starts(problem, &segments, fits[mine], &others, options)?;
+        let h = fits[mine].hypothesis.clone();
+        start
+            .map(|start| continued(problem, h, &segments, start, options))
+            .transpose()
+    })?;
+    for (&i, again) in finalists.iter().zip(again) {
+        let full_refit = &mut models[i].full_refit;
+        let before = full_refit.as_ref().map(|f| f.fit.log_evidence);
+        if let Some(again) = again.filter(|a| Some(a.fit.log_evidence) > before) {
+            *full_refit = Some(again);
+        }
+    }
+    Ok(())
+}
+
 /// The simplest adequate hypothesis that is not [`CLAIMED`] times less probable than the leading one: what is named beyond it
 /// must be worth the claim.
 fn simplest(models: &[&mut FittedModel], leading: usize) -> usize {
@@ -161,13 +226,21 @@ fn best(models: &[&mut FittedModel], wanted: impl Fn(&FittedModel) -> bool) -> O
     })
 }
 
-/// Probabilities of models from their posteriors.
-pub(crate) fn probabilities(models: &[&FittedModel]) -> Vec<f64> {
-    let rows: Vec<(f64, bool)> = models
-        .iter()
+/// Probabilities of models from their posteriors, and of what was tested beside one of them.
+pub(crate) fn probabilities(models: &[&FittedModel], tested: &[Tested]) -> (Vec<f64>, Vec<f64>) {
+    let fitted = models.iter();
+    let mut rows: Vec<(f64, bool)> = fitted
         .map(|c| (c.log_posterior, c.reaches_floor()))
         .collect();
-    shares(&rows)
+    rows.extend(tested.iter().map(|t| {
+        let leader = models.iter().find(|c| c.choices == t.beside());
+        leader.map_or((f64::NAN, false), |c| {
+            (c.log_posterior + t.log_odds, c.reaches_floor())
+        })
+    }));
+    let mut of_fitted = shares(&rows);
+    let of_tested = of_fitted.split_off(models.len());
+    (of_fitted, of_tested)
 }
 
 /// Probabilities from the logarithms of posteriors up to a constant, and whether each hypothesis is adequate. The adequate

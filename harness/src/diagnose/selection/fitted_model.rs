@@ -15,9 +15,12 @@ use crate::error::Error;
 
 /// Whether errors are down to the noise and as white; a spectral ratio that could not be told is passed over.
 pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {
-    fit.quantile(0.5) <= FLOOR_MEDIAN
-        && fit.quantile(0.75) <= FLOOR_QUARTILE
-        && !(spectral_ratio > MOST_SPECTRAL_RATIO)
+    is_small(fit) && !(spectral_ratio > MOST_SPECTRAL_RATIO)
+}
+
+/// Whether errors are down to the noise, white or not.
+fn is_small(fit: &SegmentErrors) -> bool {
+    fit.quantile(0.5) <= FLOOR_MEDIAN && fit.quantile(0.75) <= FLOOR_QUARTILE
 }
 
 /// A hypothesis with its fit and errors.
@@ -132,6 +135,11 @@ impl FittedModel {
     pub fn compare(&self, other: &FittedModel) -> std::cmp::Ordering {
         let (mine, theirs) = (self.rank(), other.rank());
         mine.0.cmp(&theirs.0).then(mine.1.total_cmp(&theirs.1))
+    }
+
+    /// Whether the errors are down to the noise: whether what is left is white tells only a fit to all segments, run to its end.
+    pub fn is_down_to_noise(&self) -> bool {
+        !self.is_refuted && is_small(&self.fit)
     }
 
     /// Whether the errors are down to the noise and as white, without a structure bent to that end, as far as is known.

@@ -16,6 +16,8 @@ use crate::error::Error;
 const REFIT: usize = 40;
 /// The same for one that does not: its parameters mean little.
 const REFIT_OF_WRONG: usize = 8;
+/// The same for a look at fewer segments from the optimum on all.
+const SEEN: usize = 8;
 /// Fall of the objective, as a share of it, below which that fit ends: parameters may trade along a narrow
 /// valley.
 const REFIT_TOLERANCE: f64 = 1e-6;
@@ -52,7 +54,7 @@ pub fn refit(
             start.stuck[j] = model.fitted.fit.point.stuck[i];
         }
     }
-    if !model.reaches_floor() {
+    if !model.is_down_to_noise() {
         return multistart::settled(
             problem,
             h,
@@ -63,7 +65,7 @@ pub fn refit(
     }
     // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
     let near = multistart::settled(problem, h, segments, start, FitOptions::search(REFIT))?;
-    multistart::settled(
+    multistart::continued(
         problem,
         near.hypothesis,
         segments,
@@ -78,17 +80,62 @@ pub fn refit(
 /// # Errors
 /// An FMU that can't be run.
 pub fn stands(problem: &Problem, model: &mut FittedModel) -> Result<bool, Error> {
-    if !model.reaches_floor() {
+    if !model.is_down_to_noise() {
         return Ok(false);
     }
     if model.full_refit.is_none() {
         let all = problem.fit_segments(1);
         let segments = problem.copies(&all);
         let fitted = refit(problem, model, &all, &segments)?;
-        let spectral_ratio = residual_whiteness::spectral_ratio(problem, &segments, &fitted)?;
-        model.is_refuted =
-            prior_conflict(&fitted).is_some() || spectral_ratio > MOST_SPECTRAL_RATIO;
-        model.full_refit = Some(fitted);
+        if !model.reaches_floor() {
+            *model = seen_on(problem, model, &all, &fitted)?;
+        }
+        put(problem, model, &segments, fitted)?;
     }
-    Ok(!model.is_refuted)
+    Ok(model.reaches_floor())
+}
+
+/// A model on the segments on which it is compared, from where a fit to `all` stands.
+fn seen_on(
+    problem: &Problem,
+    model: &FittedModel,
+    all: &[usize],
+    on_all: &FittedHypothesis,
+) -> Result<FittedModel, Error> {
+    let compared = &model.fit.segments;
+    let segments = problem.copies(compared);
+    let start = restricted(&on_all.fit.point, all, compared);
+    let h = on_all.hypothesis.clone();
+    let options = FitOptions::search(SEEN);
+    let fitted = multistart::continued(problem, h, &segments, start, options)?;
+    FittedModel::new(problem, model.choices.clone(), fitted, compared, &segments)
+}
+
+/// A point with the start states of some of the segments that stand at `all` in the problem's list.
+pub(crate) fn restricted(point: &Point, all: &[usize], some: &[usize]) -> Point {
+    let place = |k: &usize| all.binary_search(k).expect("of the runs fitted");
+    Point {
+        states: some
+            .iter()
+            .map(|k| point.states[place(k)].clone())
+            .collect(),
+        stuck: some.iter().map(|k| point.stuck[place(k)]).collect(),
+        ..point.clone()
+    }
+}
+
+/// Gives a model its fit to all segments of the runs fitted, and marks it where that shows it to be wrong.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn put(
+    problem: &Problem,
+    model: &mut FittedModel,
+    segments: &[Segment],
+    fitted: FittedHypothesis,
+) -> Result<(), Error> {
+    let spectral_ratio = residual_whiteness::spectral_ratio(problem, segments, &fitted)?;
+    model.is_refuted = prior_conflict(&fitted).is_some() || spectral_ratio > MOST_SPECTRAL_RATIO;
+    model.full_refit = Some(fitted);
+    Ok(())
 }

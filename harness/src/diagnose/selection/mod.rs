@@ -2,6 +2,7 @@
 
 pub mod bootstrap;
 pub mod decision;
+pub mod extension;
 pub mod fitted_model;
 pub mod full_refit;
 pub mod lost_runs;
@@ -11,4 +12,5 @@ pub mod retries;
 pub mod screening;
 pub mod search;
 pub mod select;
+pub mod tested;
 pub mod ties;

@@ -6,6 +6,7 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::thresholds::MOST_WORK;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -44,7 +45,7 @@ pub(crate) fn held(
                 screen.finish(&mut new, watch)?;
             }
             screen.keep_better(&mut found, new);
-            if watch.stop() || explains(screen, found.first_mut())? {
+            if is_over(screen, watch) || explains(screen, found.first_mut())? {
                 pairs.extend(found);
                 screen.sort(&mut pairs);
                 return Ok(pairs);
@@ -69,11 +70,16 @@ pub(crate) fn held(
         pairs.extend(found);
         screen.sort(&mut pairs);
         led.push(first.clone());
-        if watch.stop() || explains(screen, pairs.first_mut())? {
+        if is_over(screen, watch) || explains(screen, pairs.first_mut())? {
             break;
         }
     }
     Ok(pairs)
+}
+
+/// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.
+fn is_over(screen: &Screen, watch: &dyn Watch) -> bool {
+    watch.stop() || screen.problem.work.spent() > MOST_WORK
 }
 
 /// Whether a pair without values of its own along each run explains the data; those imitate much.
@@ -91,9 +97,8 @@ fn most_promising_first(
     jobs: Vec<Vec<Choice>>,
     leader: &FittedModel,
 ) -> Result<Vec<Vec<Choice>>, Error> {
-    let promises = parallel(&jobs, |choices| {
-        promise(screen.problem, &screen.segments, choices, &leader.fitted)
-    })?;
+    let at = screen.at(leader);
+    let promises = parallel(&jobs, |choices| promise(screen.problem, choices, at, at))?;
     let gain = |p: &Option<Promise>| p.as_ref().map_or(0.0, |p| p.gain);
     let mut order: Vec<(f64, Vec<Choice>)> = promises.iter().map(gain).zip(jobs).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -101,7 +106,7 @@ fn most_promising_first(
 }
 
 /// The pairs of an effect with every other that has not led yet.
-pub(crate) fn with(first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
+fn with(first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
     list.iter()
         .filter(|c| c.effect != first.effect && !led.contains(c))
         .map(|c| vec![first.clone(), c.clone()])

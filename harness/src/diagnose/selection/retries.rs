@@ -3,7 +3,7 @@
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::search;
 use crate::diagnose::initialisation::search_options::{BRIEF, HIDDEN};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::diagnose::model::effect_card::Role;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::periodic;
 use crate::diagnose::selection::fitted_model::FittedModel;
@@ -36,8 +36,7 @@ impl Screen<'_> {
         let catalogue = &self.problem.catalogue;
         let has_shape = |c: &FittedModel| {
             let effect = c.choices.last().map(|l| &catalogue[l.effect]);
-            let is_periodic = |e: &EffectCard| e.find_role(Role::Phase).is_some();
-            effect.is_some_and(|e| e.find_role(Role::Shape).is_some() && !is_periodic(e))
+            effect.is_some_and(|e| e.find_role(Role::Shape).is_some() && !e.repeats())
         };
         let wanted: Vec<usize> = (0..models.len())
             .filter(|&i| {

@@ -6,6 +6,7 @@ use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::nesting::{narrowed, widen};
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::baseline;
+use crate::diagnose::initialisation::score_test::At;
 use crate::diagnose::initialisation::search_options::SearchOptions;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
@@ -39,7 +40,7 @@ const FREE: usize = 4;
 /// Candidates from whose optimum the reference model is fitted again.
 const RETRIES: usize = 2;
 /// Jacobians for that.
-const RETRY: usize = 8;
+pub(crate) const RETRY: usize = 8;
 
 /// Segments on which hypotheses are compared.
 pub struct Screen<'a> {
@@ -78,6 +79,14 @@ impl<'a> Screen<'a> {
         fitted: FittedHypothesis,
     ) -> Result<FittedModel, Error> {
         FittedModel::new(self.problem, choices, fitted, &self.indices, &self.segments)
+    }
+
+    /// A model where it stands on these segments.
+    pub(crate) fn at<'b>(&'b self, model: &'b FittedModel) -> At<'b> {
+        At {
+            segments: &self.segments,
+            base: &model.fitted,
+        }
     }
 
     /// Best first.
@@ -266,7 +275,7 @@ impl<'a> Screen<'a> {
 
     fn further_by(&self, old: &FittedModel, options: FitOptions) -> Result<FittedModel, Error> {
         let start = old.fitted.fit.point.clone();
-        let further = self.fitted(&old.choices, start, options)?;
+        let further = self.continued(&old.choices, start, options)?;
         let Some(start) = without_loss(self.problem, &further, &self.segments)? else {
             return Ok(further);
         };
@@ -333,6 +342,21 @@ impl<'a> Screen<'a> {
         self.fitted(choices, start, refitting(RETRY))
     }
 
+    /// A hypothesis fitted further from a point that a fit has reached.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn continued(
+        &self,
+        choices: &[Choice],
+        start: Point,
+        options: FitOptions,
+    ) -> Result<FittedModel, Error> {
+        let h = self.problem.hypothesis(choices)?;
+        let fitted = multistart::continued(self.problem, h, &self.segments, start, options)?;
+        self.model(choices.to_vec(), fitted)
+    }
+
     /// A hypothesis fitted from a point of its own: its start states first, then all.
     fn fitted(
         &self,
@@ -347,7 +371,7 @@ impl<'a> Screen<'a> {
 }
 
 /// The options of a fit that goes on from where another ended.
-fn refitting(iterations: usize) -> FitOptions {
+pub(crate) fn refitting(iterations: usize) -> FitOptions {
     FitOptions {
         patience: 2,
         ..FitOptions::search(iterations)

@@ -5,19 +5,20 @@
 //! with the best.
 
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::score_test::promise;
+use crate::diagnose::initialisation::score_test::{is_testable, promise};
 use crate::diagnose::initialisation::search_options::{BRIEF, FIXED, HIDDEN, STRONG_PRIOR};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::variants::{all_variants, library, smooth_library, variants};
-use crate::diagnose::selection::decision::{log_posterior, log_prior};
+use crate::diagnose::model::variants::{all_variants, library, variants};
+use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
+use crate::diagnose::selection::extension::extend;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::pairs::with;
 use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
 use crate::diagnose::stages;
-use crate::diagnose::thresholds::{CLOSE, TIE};
+use crate::diagnose::thresholds::CLOSE;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -46,6 +47,8 @@ pub(crate) struct Exploration<'a> {
     held: Vec<FittedModel>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
+    /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
+    pub tested: Vec<Tested>,
 }
 
 /// Searches the catalogue and the terms beyond it on the segments of `screen`.
@@ -60,7 +63,11 @@ pub(crate) fn explore<'a>(
     let base = screen.calibrate(1.0)?;
     watch.stage(stages::SINGLES);
     let list = all_variants(problem);
-    let jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
+    let mut jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
+    if base.reaches_floor() {
+        // What could still be missing is weak: the score test below speaks of all that has a strength.
+        jobs.retain(|choices| !is_testable(&problem.catalogue[choices[0].effect]));
+    }
     let singles = screen.compete(&jobs, &base, BRIEF, watch)?;
     let mut found = Exploration {
         problem,
@@ -72,23 +79,26 @@ pub(crate) fn explore<'a>(
         singles,
         held: Vec::new(),
         pairs: Vec::new(),
+        tested: Vec::new(),
     };
     watch.stage(stages::FURTHER);
     found.try_harder()?;
     found.hold(&jobs)?;
-    watch.stage(stages::LIBRARY);
-    found.add_library_effects()?;
+    if !found.is_adequate() {
+        watch.stage(stages::LIBRARY);
+        found.add_library_effects()?;
+    }
     if found.is_adequate() {
         watch.stage(stages::CLOSE);
         found.finish_close()?;
-        watch.stage(stages::PAIRS);
-        found.second_beside_adequate()?;
+        watch.stage(stages::EXTENSIONS);
+        found.extend_leader()?;
     } else if !problem.place_is_told() {
         // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
         watch.stage(stages::PAIRS);
         found.pair()?;
-        found.refit_halves()?;
     }
+    found.refit_halves()?;
     found.other_forms_of_pair()?;
     screen.nest(&mut found.singles, &found.calibrated)?;
     Ok(found)
@@ -142,16 +152,11 @@ impl Exploration<'_> {
         self.screen.compare_forms(&mut self.singles)?;
         let smaller = &self.calibrated;
         let expected = parallel(&self.singles, |c| {
-            let tested = smaller.reaches_floor();
-            let gain = |c: &FittedModel| {
-                promise(
-                    self.problem,
-                    &self.screen.segments,
-                    &c.choices,
-                    &smaller.fitted,
-                )
-            };
-            if tested { gain(c) } else { Ok(None) }
+            let at = self.screen.at(smaller);
+            match smaller.reaches_floor() {
+                true => promise(self.problem, &c.choices, at, at),
+                false => Ok(None),
+            }
         })?;
         // What a search has not reached yet, a score test may promise.
         let within_reach = |i: usize| {
@@ -193,56 +198,45 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Those hypotheses, each an adequate one and an effect more, that by a score test could come close to making up for the
-    /// `price` in nats of that effect, or can't be tested so.
-    fn promising(
-        &self,
-        jobs: Vec<Vec<Choice>>,
-        smaller: &FittedModel,
-        price: f64,
-    ) -> Result<Vec<Vec<Choice>>, Error> {
-        let gains = parallel(&jobs, |choices| {
-            promise(
-                self.problem,
-                &self.screen.segments,
-                choices,
-                &smaller.fitted,
-            )
-        })?;
-        let tested = jobs.into_iter().zip(gains);
-        let promising = tested.filter(|(_, p)| p.as_ref().is_none_or(|p| p.gain > price - TIE));
-        Ok(promising.map(|(choices, _)| choices).collect())
-    }
-
-    /// A second effect may hide behind what is adequate: those that by a score test could make up for the price of a pair.
-    fn second_beside_adequate(&mut self) -> Result<(), Error> {
-        let without = log_posterior(self.problem, &self.calibrated);
-        let is_claimed =
-            |s: &FittedModel| s.reaches_floor() && log_posterior(self.problem, s) > without;
-        if self.watch.stop() || !self.singles.first().is_some_and(is_claimed) {
-            return Ok(());
+    /// A further effect may hide behind what is adequate, also behind the calibrated model itself, and then another behind that.
+    fn extend_leader(&mut self) -> Result<(), Error> {
+        let mut extended: Option<Vec<Choice>> = None;
+        while !self.watch.stop() && !self.problem.place_is_told() {
+            // On all segments once a score test has had some fitted to them.
+            let on_all = extended.is_some();
+            let posterior = |c: &FittedModel| match on_all {
+                true => log_posterior_on_all(self.problem, c).unwrap_or(f64::NEG_INFINITY),
+                false => log_posterior(self.problem, c),
+            };
+            let leader = std::iter::once(&mut self.calibrated)
+                .chain(&mut self.singles)
+                .filter(|c| c.reaches_floor())
+                .max_by(|a, b| posterior(a).total_cmp(&posterior(b)))
+                .filter(|c| extended.as_ref() != Some(&c.choices));
+            let Some(leader) = leader else {
+                return Ok(());
+            };
+            // A leader that falls when it is fitted to all segments is marked, so that the next one is looked at.
+            let Some(found) = extend(self.screen, leader)? else {
+                continue;
+            };
+            let leader = leader.clone();
+            self.tested = found.tested;
+            let known = |choices: &Vec<Choice>| self.singles.iter().any(|s| s.choices == *choices);
+            let untested: Vec<Vec<Choice>> =
+                found.untested.into_iter().filter(|c| !known(c)).collect();
+            let hidden = self
+                .screen
+                .compete(&untested, &leader, HIDDEN, self.watch)?;
+            if !leader.choices.is_empty() {
+                self.screen.keep_better(&mut self.pairs, found.fitted);
+                self.screen.keep_better(&mut self.pairs, hidden);
+                return Ok(());
+            }
+            self.screen.keep_better(&mut self.singles, found.fitted);
+            self.screen.keep_better(&mut self.singles, hidden);
+            extended = Some(leader.choices);
         }
-        let leader = self.singles.remove(0);
-        let mut list = self.list.clone();
-        list.extend(smooth_library(self.problem));
-        let jobs = with(&leader.choices[0], &list, &[]);
-        let price = log_prior(self.problem, 1) - log_prior(self.problem, 2);
-        let jobs = self.promising(jobs, &leader, price)?;
-        self.pairs = self.screen.compete(&jobs, &leader, HIDDEN, self.watch)?;
-        self.screen.polish(&mut self.pairs, self.watch)?;
-        let rivals = |p: &FittedModel| log_posterior(self.problem, p);
-        let best = log_posterior(self.problem, &leader);
-        let close: Vec<usize> = (0..self.pairs.len())
-            .filter(|&i| rivals(&self.pairs[i]) > best - CLOSE)
-            .take(FINISHED)
-            .collect();
-        let ended = parallel(&close, |&i| self.screen.to_its_end(&self.pairs[i]))?;
-        for (i, new) in close.into_iter().zip(ended) {
-            self.pairs[i] = new;
-        }
-        self.screen.sort(&mut self.pairs);
-        let leader = self.screen.recalibrate(leader, &self.pairs)?;
-        self.singles.insert(0, self.screen.to_its_end(&leader)?);
         Ok(())
     }
 
@@ -267,25 +261,7 @@ impl Exploration<'_> {
         let single = |terms: Vec<Choice>| -> Vec<Vec<Choice>> {
             terms.into_iter().map(|t| vec![t]).collect()
         };
-        let mut jobs = single(library(self.problem));
-        let adequate = std::iter::once(&self.calibrated)
-            .chain(&self.singles)
-            .filter(|c| c.reaches_floor());
-        let leader = adequate.max_by(|a, b| {
-            let posterior = |c: &FittedModel| log_posterior(self.problem, c);
-            posterior(a).total_cmp(&posterior(b))
-        });
-        if let Some(leader) = leader {
-            // A term that stands in truth where another effect imitates it gains beside that one too.
-            let beside = |term: Vec<Choice>| -> Vec<Choice> {
-                leader.choices.iter().cloned().chain(term).collect()
-            };
-            let jobs_beside = jobs.into_iter().map(beside).collect();
-            let price = -log_prior(self.problem, 1);
-            let promising = self.promising(jobs_beside, leader, price)?;
-            let term = |mut choices: Vec<Choice>| choices.split_off(choices.len() - 1);
-            jobs = promising.into_iter().map(term).collect();
-        }
+        let jobs = single(library(self.problem));
         let mut found = screen.compete(&jobs, &self.calibrated, BRIEF, watch)?;
         screen.polish(&mut found, watch)?;
         screen.finish(&mut found, watch)?;

@@ -15,6 +15,7 @@ use crate::diagnose::selection::decision::{decide, log_prior};
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::search::{Exploration, explore};
+use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::stages;
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
 use crate::diagnose::validation::segment_errors;
@@ -53,6 +54,8 @@ pub struct Selection {
     pub singles: Vec<FittedModel>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
+    /// Effects beside an adequate hypothesis that were tested and not fitted.
+    pub tested: Vec<Tested>,
     /// The path from the calibrated model: one effect more each time.
     pub path: Vec<FittedModel>,
     /// Whether the last of the path (or the calibrated model) is down to the noise.
@@ -112,6 +115,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         mut calibrated,
         mut singles,
         mut pairs,
+        tested,
         ..
     } = explore(problem, &screen, watch)?;
     let stopped = watch.stop();
@@ -168,6 +172,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         calibrated,
         singles,
         pairs,
+        tested,
         path,
         explained,
         by_break_aways,
@@ -219,13 +224,12 @@ pub fn calibrate_threshold(
     count: usize,
     watch: &dyn Watch,
 ) -> Result<(), Error> {
-    let list = all_variants(problem);
     for search in 0..selection.path.len().max(1) {
         let base = match search {
             0 => &selection.calibrated,
             _ => &selection.path[search - 1],
         };
-        let gains = bootstrap::largest_gains(problem, base, &list, count, watch)?;
+        let gains = bootstrap::largest_gains(problem, base, count, watch)?;
         selection.threshold = gains.iter().copied().fold(selection.threshold, f64::max);
         selection.by_chance.push(gains);
     }
@@ -296,6 +300,7 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         calibrated,
         singles: Vec::new(),
         pairs: Vec::new(),
+        tested: Vec::new(),
         by_break_aways: !explained && is_profile_alone && problem.place_is_told(),
         explained,
         beyond: None,

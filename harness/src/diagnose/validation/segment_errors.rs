@@ -158,23 +158,15 @@ pub fn held_out_from(
             .collect();
         take_over(h, &learn, &mut start, known, judged, &out);
     }
+    let iterations = match (care, local) {
+        (Care::Brief, false) => 3,
+        (Care::Thorough, false) => 6,
+        // Many values of its own, from nothing known.
+        (_, true) => 15,
+    };
     let options = FitOptions {
-        iterations: match (care, local) {
-            (Care::Brief, false) => 3,
-            (Care::Thorough, false) => 6,
-            // Many values of its own, from nothing known.
-            (_, true) => 15,
-        },
-        stride: STRIDE,
-        share: 1.0,
-        tolerance: 1e-3,
-        patience: 1,
-        parameters: true,
         shared: false,
-        reinitialise: true,
-        belief: 1.0,
-        robust: true,
-        reference: true,
+        ..FitOptions::search(iterations)
     };
     let data = problem.data(&learn_segments);
     let learned = run_parameters::learn(&mut predictor, h, &data, start, options, care);

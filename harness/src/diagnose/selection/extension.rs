@@ -1,0 +1,163 @@
+//! What may hide beside a hypothesis that is adequate: every effect more, by a score test on all data; those that could
+//! change the verdict are fitted.
+//!
+//! Beside an adequate hypothesis another effect can only be weak, so that the score test gives its gain in evidence to
+//! first order ([`score_test`]), at the price of a few Jacobians where a fit takes twenty. It also gives
+//! the standard deviation of the strength, and with it how strong the effect may be without being seen.
+
+use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::initialisation::multistart::continued;
+use crate::diagnose::initialisation::score_test::{At, Promise, promise};
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::variants::{all_variants, library};
+use crate::diagnose::selection::decision::{log_prior, share_starts};
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::full_refit;
+use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
+use crate::diagnose::selection::tested::Tested;
+use crate::diagnose::thresholds::{CLAIMED, TIE};
+use crate::error::Error;
+use crate::parallel::parallel;
+
+/// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
+const BATCH: usize = 2;
+/// A fit gains at most this many times what was expected of it: twice the most that was seen beside models that leave an effect
+/// out (2.2 to 2.5 times, where the gain was large).
+const MOST_OVER_EXPECTED: f64 = 5.0;
+
+/// What a score test of all effects beside one hypothesis found.
+pub(crate) struct Extensions {
+    /// Effects tested and not fitted, with what is expected of them.
+    pub tested: Vec<Tested>,
+    /// Those that could change the verdict, fitted.
+    pub fitted: Vec<FittedModel>,
+    /// Effects that the score test does not speak of.
+    pub untested: Vec<Vec<Choice>>,
+}
+
+/// Tests every effect beside `leader` on all segments of the runs fitted, and fits those that could change the verdict to their
+/// end. `None` where the leader proves inadequate on all of them.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn extend(
+    screen: &Screen,
+    leader: &mut FittedModel,
+) -> Result<Option<Extensions>, Error> {
+    let problem = screen.problem;
+    if !full_refit::stands(problem, leader)? {
+        return Ok(None);
+    }
+    let on_all = leader.full_refit.as_ref().expect("fitted to all by now");
+    let segments = problem.copies(&problem.fit_segments(1));
+    let jobs = one_more(problem, &leader.choices);
+    let (on_screen, at) = (
+        screen.at(leader),
+        At {
+            segments: &segments,
+            base: on_all,
+        },
+    );
+    let promises = parallel(&jobs, |choices| promise(problem, choices, on_screen, at))?;
+    let price = price(problem, leader.choices.len());
+    let mut out = Extensions {
+        tested: Vec::new(),
+        fitted: Vec::new(),
+        untested: Vec::new(),
+    };
+    let mut promising: Vec<(Vec<Choice>, Promise)> = Vec::new();
+    for (choices, promise) in jobs.into_iter().zip(promises) {
+        match promise {
+            None => out.untested.push(choices),
+            Some(p) if p.gain > price - TIE => promising.push((choices, p)),
+            Some(p) => out.tested.push(tested(choices, &p, price)),
+        }
+    }
+    promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+    let base = on_all.fit.log_evidence;
+    for batch in promising.chunks(BATCH) {
+        let on_all = out.fitted.iter().filter_map(|m| m.full_refit.as_ref());
+        let best = on_all
+            .map(|f| f.fit.log_evidence - base)
+            .fold(0.0, f64::max);
+        let open: Vec<&(Vec<Choice>, Promise)> = batch
+            .iter()
+            .filter(|(_, p)| MOST_OVER_EXPECTED * p.gain >= best)
+            .collect();
+        out.fitted.extend(parallel(&open, |(choices, p)| {
+            fitted(screen, choices, p.start.clone())
+        })?);
+    }
+    let mut models: Vec<&mut FittedModel> = out.fitted.iter_mut().collect();
+    let places: Vec<usize> = (0..models.len()).collect();
+    share_starts(problem, &mut models, &places)?;
+    Ok(Some(out))
+}
+
+/// Price in nats of an effect more than so many, beyond that of its constants.
+fn price(problem: &Problem, effects: usize) -> f64 {
+    log_prior(problem, effects) - log_prior(problem, effects + 1)
+}
+
+/// A hypothesis with each effect of the catalogue and the library that it lacks.
+fn one_more(problem: &Problem, choices: &[Choice]) -> Vec<Vec<Choice>> {
+    let all = all_variants(problem).into_iter().chain(library(problem));
+    all.filter(|more| choices.iter().all(|c| c.effect != more.effect))
+        .map(|more| choices.iter().cloned().chain([more]).collect())
+        .collect()
+}
+
+fn tested(choices: Vec<Choice>, promise: &Promise, price: f64) -> Tested {
+    // A strength of z standard deviations gains z^2/2 but for the price of the constant, and must be worth the claim.
+    let needed = |occam: f64| (2.0 * (occam + price + CLAIMED.ln())).sqrt();
+    Tested {
+        choices,
+        gain: promise.gain,
+        fall: promise.fall,
+        log_odds: promise.gain - price,
+        detection_limit: promise.strength.map(|s| s.std * needed(s.occam)),
+    }
+}
+
+/// A hypothesis fitted from `start` on all segments of the runs fitted, then looked at on those of the screen.
+fn fitted(screen: &Screen, choices: &[Choice], start: Point) -> Result<FittedModel, Error> {
+    let problem = screen.problem;
+    let all = problem.fit_segments(1);
+    let segments = problem.copies(&all);
+    let h = problem.hypothesis(choices)?;
+    let on_all = continued(problem, h, &segments, start, full_refit::last_options())?;
+    let on_screen = full_refit::restricted(&on_all.fit.point, &all, &screen.indices);
+    let mut model = screen.continued(choices, on_screen, refitting(RETRY))?;
+    full_refit::put(problem, &mut model, &segments, on_all)?;
+    Ok(model)
+}
+
+/// Largest gain in evidence by an effect more than `base` on these segments, to which it was fitted, nats: the same test and the
+/// same fits as of the data measured. Zero where no effect promises to be worth its price.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn largest_gain(
+    problem: &Problem,
+    segments: &[Segment],
+    base: &FittedHypothesis,
+) -> Result<f64, Error> {
+    let jobs = one_more(problem, &base.hypothesis.choices);
+    let price = price(problem, base.hypothesis.choices.len());
+    let at = At { segments, base };
+    let gains = parallel(&jobs, |choices| {
+        let Some(p) = promise(problem, choices, at, at)? else {
+            return Ok(0.0);
+        };
+        if p.gain < price - TIE {
+            return Ok(0.0);
+        }
+        let h = problem.hypothesis(choices)?;
+        let fitted = continued(problem, h, segments, p.start, full_refit::last_options())?;
+        Ok(fitted.fit.log_evidence - base.fit.log_evidence)
+    })?;
+    Ok(gains.into_iter().fold(0.0, f64::max))
+}

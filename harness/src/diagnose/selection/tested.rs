@@ -1,0 +1,25 @@
+//! Effects that were tested beside a hypothesis and not fitted.
+
+use crate::diagnose::model::hypothesis::Choice;
+
+/// An effect beside a hypothesis, by the score test.
+#[derive(Debug, Clone)]
+pub struct Tested {
+    /// The effects of the hypothesis, and the one more.
+    pub choices: Vec<Choice>,
+    /// Expected gain in evidence by it, nats.
+    pub gain: f64,
+    /// Expected fall of the negative logarithm of the likelihood by it, nats.
+    pub fall: f64,
+    /// The expected gain less the price of an effect more: logarithm of its odds against the hypothesis.
+    pub log_odds: f64,
+    /// Strength at which it would be named with even odds, in the unit of its strength; `None` where no derivative tells.
+    pub detection_limit: Option<f64>,
+}
+
+impl Tested {
+    /// The effects of the hypothesis that it was tested beside.
+    pub fn beside(&self) -> &[Choice] {
+        &self.choices[..self.choices.len() - 1]
+    }
+}
