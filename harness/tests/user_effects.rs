@@ -88,11 +88,11 @@ fn motion(fmu: &Fmu, settings: &[(&str, f64)]) -> Vec<f64> {
 /// The same by the physics alone.
 fn expected((target, formula, unit, value): Case) -> Vec<f64> {
     let parameters = ModelParameters {
-        user_effects: vec![UserEffect {
-            id: "mine".into(),
+        user_effects: vec![UserEffect::new(
+            "mine",
             target,
-            expression: formula.into(),
-            parameters: vec![UserParameter {
+            formula,
+            vec![UserParameter {
                 name: "k".into(),
                 unit: unit.into(),
                 start: 0.0,
@@ -100,7 +100,7 @@ fn expected((target, formula, unit, value): Case) -> Vec<f64> {
                 max: 1e12,
                 value,
             }],
-        }],
+        )],
         ..ModelParameters::default()
     };
     let mut state = [0.0; MAX_STATES];

@@ -51,15 +51,7 @@ fn catalogue(list: &mut Writer<Vec<u8>>) -> io::Result<()> {
                     parameter(effect, texts, [p.start, p.typical, p.min, p.max], p.role)?;
                 }
                 for s in card.states {
-                    effect
-                        .create_element("State")
-                        .with_attributes([
-                            ("name", s.name),
-                            ("description", s.description),
-                            ("unit", s.unit.symbol),
-                            ("nominal", &format!("{:?}", s.nominal)),
-                        ])
-                        .write_empty()?;
+                    state(effect, [s.name, s.description, s.unit.symbol], s.nominal)?;
                 }
                 Ok(())
             })?;
@@ -84,9 +76,30 @@ fn users(list: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
                     let texts = [p.name.as_str(), &p.description, &p.unit];
                     parameter(effect, texts, [p.start(), p.typical, p.min, p.max], p.role)?;
                 }
+                for (name, unit, nominal, description) in own.all_states() {
+                    state(effect, [name, description, unit], nominal)?;
+                }
                 Ok(())
             })?;
     }
+    Ok(())
+}
+
+/// One `<State>`: name, description, unit; typical magnitude.
+fn state(
+    effect: &mut Writer<Vec<u8>>,
+    [name, description, unit]: [&str; 3],
+    nominal: f64,
+) -> io::Result<()> {
+    effect
+        .create_element("State")
+        .with_attributes([
+            ("name", name),
+            ("description", description),
+            ("unit", unit),
+            ("nominal", &format!("{nominal:?}")),
+        ])
+        .write_empty()?;
     Ok(())
 }
 

@@ -4,7 +4,6 @@ use crate::table::{rate, variables};
 use crate::user_effect::{UserCard, UserEffectError};
 use crate::variable::{Kind, Quantity, Variable};
 use crate::{Causality, Initial, Variability};
-use beam_physics::effects::user_expression::Target;
 use beam_physics::unit::{self, Unit};
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
@@ -95,23 +94,23 @@ impl Layout {
             }
         }
         for (e, effect) in effects.iter().enumerate() {
-            if effect.target == Target::BeltVelocity {
-                let first = FIRST_USER_REFERENCE + USER_BLOCK * e as u32;
+            let first = FIRST_USER_REFERENCE + USER_BLOCK * e as u32;
+            for (i, (name, unit, nominal, description)) in effect.all_states().enumerate() {
                 let state = Variable {
-                    name: format!("{}.state.travel", effect.id),
-                    reference: first + USER_STATE,
-                    quantity: Quantity::UserState(e),
-                    kind: Kind::Real(unit::METRE),
+                    name: format!("{}.state.{name}", effect.id),
+                    reference: first + USER_STATE + i as u32,
+                    quantity: Quantity::UserState(e, i),
+                    kind: Kind::Real(unit_named(unit)),
                     causality: Causality::Local,
                     variability: Variability::Continuous,
                     initial: Some(Initial::Calculated),
                     start: None,
                     min: None,
                     max: None,
-                    nominal: Some(1e-3),
-                    description: format!("{}: distance added to the belt's", effect.title),
+                    nominal: Some(nominal),
+                    description: format!("{}: {description}", effect.title),
                 };
-                let of = rate(first + USER_RATE, &state);
+                let of = rate(first + USER_RATE + i as u32, &state);
                 all.extend([state, of]);
             }
         }

@@ -66,19 +66,17 @@ fn knowns(layout: &Layout, unknown: usize) -> Option<Vec<usize>> {
     let variables = layout.variables();
     let place = |name: &str| layout.index_of_name(name);
     let user_states = || {
-        let of_users = |v: &Quantity| matches!(v, Quantity::UserState(_));
+        let of_users = |v: &Quantity| matches!(v, Quantity::UserState(..));
         (0..variables.len()).filter(move |&i| of_users(&variables[i].quantity))
     };
     if let Quantity::Rate(state) = variables[unknown].quantity
         && let Some(of) = layout.index_of_reference(state)
-        && matches!(variables[of].quantity, Quantity::UserState(_))
+        && let Quantity::UserState(e, i) = variables[of].quantity
     {
-        return Some(
-            ["belt_velocity", "normal_force"]
-                .iter()
-                .filter_map(|n| place(n))
-                .collect(),
-        );
+        // What a formula looks at besides the belt's velocity is not told apart: everything.
+        let of_belt = i == layout.effects()[e].states.len();
+        let inputs = ["belt_velocity", "normal_force"];
+        return of_belt.then(|| inputs.iter().filter_map(|n| place(n)).collect());
     }
     let name = &variables[unknown].name;
     let (_, list) = DEPENDENCIES
@@ -98,6 +96,14 @@ fn knowns(layout: &Layout, unknown: usize) -> Option<Vec<usize>> {
         if has(&knowns, "belt_distance") {
             knowns.extend(user_states());
         }
+    }
+    let measures = |card: &UserCard| card.target == Target::Measurement;
+    if name == "measured_displacement" && layout.effects().iter().any(measures) {
+        return None;
+    }
+    let remembers = |card: &UserCard| !card.states.is_empty();
+    if layout.effects().iter().any(remembers) && !knowns.is_empty() {
+        knowns.extend(user_states());
     }
     knowns.sort_unstable();
     knowns.dedup();

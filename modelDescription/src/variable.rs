@@ -127,7 +127,7 @@ pub enum Quantity {
     /// Parameter of a user's effect: index of the effect and of the parameter.
     UserParameter(usize, usize),
     /// State of a user's effect: index of the effect.
-    UserState(usize),
+    UserState(usize, usize),
     BeltDistance,
     /// Rate of the state with this value reference.
     Rate(u32),

@@ -95,7 +95,7 @@ fn builds_the_model(quantity: Quantity) -> bool {
             | Quantity::DwellTimeStart
             | Quantity::EffectState(..)
             | Quantity::Mode(_, ModeItem::Displacement | ModeItem::Velocity)
-            | Quantity::UserState(_)
+            | Quantity::UserState(..)
     )
 }
 

@@ -29,9 +29,9 @@ pub fn place(layout: &Layout, model: &Model, modes: usize, quantity: Quantity) -
         Quantity::EffectState(card, i) => {
             first(model.effect_states(card)).map(|first| Place::Model(first + i))
         }
-        Quantity::UserState(e) => {
+        Quantity::UserState(e, i) => {
             let id = &layout.effects()[e].id;
-            first(model.user_states(id)).map(Place::Model)
+            first(model.user_states(id)).map(|first| Place::Model(first + i))
         }
         Quantity::BeltDistance => Some(Place::BeltDistance),
         Quantity::EnergyBeltWork => Some(Place::Energy(0)),

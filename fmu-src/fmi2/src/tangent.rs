@@ -6,8 +6,9 @@ use crate::setup::PLACES;
 use crate::status::Fault;
 use crate::values::{Access, find};
 use beam_model_description::{Quantity, UserCard};
+use beam_physics::effects::user_expression as plain_effect;
 use beam_tangent as physics;
-use physics::effects::user_expression::{Target, UserEffect, UserParameter};
+use physics::effects::user_expression::{Target, UserEffect, UserParameter, UserState, UserTable};
 use physics::error::PhysicsError;
 use physics::integrate::MAX_STATES;
 use physics::real::{Real, real};
@@ -198,15 +199,18 @@ impl Content {
                 &mut group.run
             }
         };
-        let (mut row, mut offset) = ([real(0.0); MAX_STATES], real(0.0));
+        let mut row = [real(0.0); MAX_STATES];
         let shapes = run.model().beam().modes().iter().map(|m| m.tip_value);
         match observed {
-            Observed::Measured => (row, offset) = run.measured_row(),
+            Observed::Measured => {}
             Observed::Displacement => shapes.enumerate().for_each(|(j, phi)| row[2 * j] = phi),
             Observed::Velocity => shapes.enumerate().for_each(|(j, phi)| row[2 * j + 1] = phi),
         }
         let mut out = Vec::with_capacity(times.len());
-        run.sample(times, &row, offset, &mut out)?;
+        match observed {
+            Observed::Measured => run.sample_measured(times, &mut out)?,
+            _ => run.sample(times, &row, real(0.0), &mut out)?,
+        }
         Ok(out)
     }
 }
@@ -215,10 +219,27 @@ impl Content {
 fn user_effect(card: &UserCard, values: &[Real]) -> Option<UserEffect> {
     let plain: Vec<f64> = values.iter().map(|v| v.value).collect();
     let effect = card.effect(&plain)?;
+    let state = |s: plain_effect::UserState| UserState {
+        name: s.name,
+        unit: s.unit,
+        nominal: s.nominal,
+        start: s.start,
+        rate: s.rate,
+        on_stick: s.on_stick,
+        on_break_away: s.on_break_away,
+    };
+    let table = |t: plain_effect::UserTable| UserTable {
+        name: t.name,
+        at: t.at,
+        first_parameter: t.first_parameter,
+    };
     Some(UserEffect {
         id: effect.id,
         target: Target::from_name(effect.target.name()).expect("the same list"),
+        mode: effect.mode,
         expression: effect.expression,
+        states: effect.states.into_iter().map(state).collect(),
+        tables: effect.tables.into_iter().map(table).collect(),
         parameters: effect
             .parameters
             .into_iter()

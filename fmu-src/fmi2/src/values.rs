@@ -205,7 +205,7 @@ impl<'a> View<'a> {
     fn quantity(&mut self, quantity: Quantity, set: f64) -> Option<f64> {
         let model = self.model();
         Some(match quantity {
-            Quantity::MeasuredDisplacement => model.measured_displacement(self.state()),
+            Quantity::MeasuredDisplacement => self.outputs().measured_displacement,
             Quantity::TipDisplacement => model.tip(self.state()).0,
             Quantity::TipVelocity => model.tip(self.state()).1,
             Quantity::TipAcceleration => self.outputs().acceleration,
@@ -245,7 +245,7 @@ impl<'a> View<'a> {
             },
             Quantity::Mode(_, ModeItem::Displacement | ModeItem::Velocity)
             | Quantity::EffectState(..)
-            | Quantity::UserState(_) => match place(self.layout, model, self.modes, quantity) {
+            | Quantity::UserState(..) => match place(self.layout, model, self.modes, quantity) {
                 Some(Place::Model(i)) => self.state()[i],
                 _ => set,
             },

@@ -295,6 +295,16 @@ pub fn mode_integrals() -> &'static ModeIntegrals {
     })
 }
 
+/// Share of a clamp's acceleration that drives each mode: `rho A l integral(phi_j) / m_j`, in the unit of 1/phi.
+pub fn clamp_participation(beam: &Beam) -> [Real; MAX_MODES] {
+    let mut out = [ZERO; MAX_MODES];
+    for (j, mode) in beam.modes().iter().enumerate() {
+        // Twice the mode shape is half the coordinate.
+        out[j] = mode_integrals().mean[j] / cantilever_scale(j, mode.tip_value);
+    }
+    out
+}
+
 #[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;

@@ -8,11 +8,11 @@ use crate::beam::{Beam, MAX_MODES};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::series::Hooks;
-use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion, StateVariable};
+use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion};
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
 use crate::friction::series::ExponentialSum;
-use crate::integrate::{MAX_STATES, Scales, State};
+use crate::integrate::{MAX_STATES, Scales, State, row_of};
 use crate::parameters::ModelParameters;
 use crate::real::{Real, ZERO, real, value};
 use std::sync::Arc;
@@ -23,7 +23,8 @@ struct Enabled {
     card: Option<usize>,
     /// Identifier of a user's effect; empty for those of the catalogue.
     id: String,
-    states: &'static [StateVariable],
+    /// Typical magnitude of each of its states.
+    nominals: Vec<f64>,
     effect: Box<dyn Effect>,
     first_state: usize,
     /// First of the effect's registers in power series.
@@ -57,6 +58,8 @@ pub struct Model {
     exponential_sum: Option<ExponentialSum>,
     /// Which effects take part in the series, and where.
     users: series::Users,
+    /// Series that the effects keep in an expansion.
+    registers: usize,
     /// No effect takes part in slip, other than by a mode that it adds.
     plain_slip: bool,
     /// Unit in s of the normalised time of power series.
@@ -89,7 +92,7 @@ fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, Real) {
     let (mut rows, mut mobility) = (Vec::new(), ZERO);
     for e in effects.iter() {
         let mut x = [ZERO; MAX_STATES];
-        let x = &mut x[..e.states.len()];
+        let x = &mut x[..e.nominals.len()];
         let rest = e.effect.belt_give(x);
         mobility += rest.mobility;
         for i in 0..x.len() {
@@ -154,7 +157,7 @@ impl Model {
                 effects.push(Enabled {
                     card: Some(card),
                     id: String::new(),
-                    states: entry.states,
+                    nominals: entry.states.iter().map(|s| s.nominal).collect(),
                     effect,
                     first_state: 2 * before,
                     first_register: 0,
@@ -174,7 +177,7 @@ impl Model {
             effects.push(Enabled {
                 card: None,
                 id: user.id.clone(),
-                states: user.states(),
+                nominals: user.nominals(),
                 effect: Box::new(user.compile()?),
                 first_state: 0,
                 first_register: 0,
@@ -188,7 +191,7 @@ impl Model {
         let mut dimension = 2 * beam.modes().len();
         for enabled in effects.iter_mut().filter(|e| !e.is_mode) {
             enabled.first_state = dimension;
-            dimension += enabled.states.len();
+            dimension += enabled.nominals.len();
             if dimension > MAX_STATES {
                 return Err(PhysicsError::StateCount {
                     count: dimension,
@@ -197,8 +200,7 @@ impl Model {
             }
         }
         let (give_rows, give_mobility) = belt_gives(&effects);
-        let (exponential_sum, users) =
-            series::exponential_sum(&parameters.friction, &mut effects).unzip();
+        let expandable = series::exponential_sum(&parameters.friction, &mut effects);
         let mut model = Self {
             beam,
             stiffness: [ZERO; MAX_MODES],
@@ -211,8 +213,11 @@ impl Model {
             give_mobility,
             friction: parameters.friction,
             friction_slope: effects.iter().map(|e| e.effect.friction_slope()).sum(),
-            exponential_sum,
-            users: users.unwrap_or_default(),
+            users: expandable
+                .as_ref()
+                .map_or_else(Default::default, |e| e.users),
+            registers: expandable.as_ref().map_or(0, |e| e.registers),
+            exponential_sum: expandable.map(|e| e.law),
             plain_slip: effects
                 .iter()
                 .all(|e| e.effect.series().is_some_and(|s| !s.acts_in_slip())),
@@ -271,7 +276,7 @@ impl Model {
         self.effects
             .iter()
             .find(|e| e.card == Some(card))
-            .map(|e| (e.first_state, e.states.len()))
+            .map(|e| (e.first_state, e.nominals.len()))
     }
 
     /// First state and number of states of the user's effect `id`, if it is on.
@@ -279,7 +284,7 @@ impl Model {
         self.effects
             .iter()
             .find(|e| e.card.is_none() && e.id == id)
-            .map(|e| (e.first_state, e.states.len()))
+            .map(|e| (e.first_state, e.nominals.len()))
     }
 
     /// Tip displacement w in m and velocity w' in m/s.
@@ -294,7 +299,7 @@ impl Model {
     }
 
     fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [Real] {
-        &x[enabled.first_state..enabled.first_state + enabled.states.len()]
+        &x[enabled.first_state..enabled.first_state + enabled.nominals.len()]
     }
 
     /// What drives that give way add to the belt's motion; linear in their states.
@@ -342,7 +347,9 @@ impl Model {
             return None;
         }
         let m = self.motion(t, x, mode);
-        self.effects.iter().find_map(|e| e.effect.fault(&m))
+        self.effects
+            .iter()
+            .find_map(|e| e.effect.fault(&m, self.states(e, x)))
     }
 
     #[inline]
@@ -381,18 +388,18 @@ impl Model {
     }
 
     /// Normal force after all effects, in N; contact can't pull.
-    fn effective_normal_force(&self, m: &Motion) -> Real {
+    fn effective_normal_force(&self, m: &Motion, x: &State) -> Real {
         let mut force = m.normal_force;
         for e in self.effects.iter() {
-            force *= e.effect.normal_factor(m);
+            force *= e.effect.normal_factor(m, self.states(e, x));
         }
         not_negative(force)
     }
 
-    fn friction_factor(&self, m: &Motion) -> Real {
+    fn friction_factor(&self, m: &Motion, x: &State) -> Real {
         let mut factor = self.level;
         for e in self.effects.iter() {
-            factor *= e.effect.friction_factor(m);
+            factor *= e.effect.friction_factor(m, self.states(e, x));
         }
         not_negative(factor)
     }
@@ -405,7 +412,7 @@ impl Model {
             .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
             .unwrap_or(m.speed);
         let coefficient = self.friction.coefficient(speed) + self.friction_slope * speed;
-        not_negative(coefficient) * self.friction_factor(m) * self.effective_normal_force(m)
+        not_negative(coefficient) * self.friction_factor(m, x) * self.effective_normal_force(m, x)
     }
 
     /// Largest friction force in N that stick can carry.
@@ -414,11 +421,11 @@ impl Model {
             return self.static_coefficient * self.level * self.inputs.normal_force_at(t);
         }
         let m = self.kinematics(t, x, ContactMode::Stuck).motion;
-        let mut factor = self.friction_factor(&m);
+        let mut factor = self.friction_factor(&m, x);
         for e in self.effects.iter() {
             factor *= e.effect.static_factor(&m);
         }
-        self.static_coefficient * factor * self.effective_normal_force(&m)
+        self.static_coefficient * factor * self.effective_normal_force(&m, x)
     }
 
     /// Modal accelerations without the friction force; returns the tip's acceleration under them.
@@ -431,7 +438,7 @@ impl Model {
     ) -> Real {
         let mut force = ZERO;
         for e in self.effects.iter() {
-            force += e.effect.tip_force(m);
+            force += e.effect.tip_force(m, self.states(e, x));
         }
         for j in 0..self.mode_count {
             acceleration[j] = self.gain[j] * force
@@ -439,14 +446,11 @@ impl Model {
                 - self.stiffness[j] * x[2 * j];
         }
         if !self.effects.is_empty() {
-            let mut q = [ZERO; MAX_MODES];
-            for j in 0..self.mode_count {
-                q[j] = x[2 * j];
-            }
             for e in self.effects.iter() {
                 e.effect.add_modal_acceleration(
                     m,
-                    &q[..self.mode_count],
+                    self.states(e, x),
+                    &x[..2 * self.mode_count],
                     &mut acceleration[..self.mode_count],
                 );
             }
@@ -572,7 +576,7 @@ impl Model {
             rates[2 * j + 1] = acceleration[j] + self.gain[j] * contact.force;
         }
         for e in self.effects.iter().filter(|e| !e.is_mode) {
-            let range = e.first_state..e.first_state + e.states.len();
+            let range = e.first_state..e.first_state + e.nominals.len();
             rates[range.clone()].fill(ZERO);
             e.effect
                 .add_rates(&k.motion, &contact, &x[range.clone()], &mut rates[range]);
@@ -598,7 +602,7 @@ impl Model {
     pub fn on_stick(&self, x: &mut State) {
         for e in self.effects.iter() {
             e.effect
-                .on_stick(&mut x[e.first_state..e.first_state + e.states.len()]);
+                .on_stick(&mut x[e.first_state..e.first_state + e.nominals.len()]);
         }
     }
 
@@ -606,7 +610,7 @@ impl Model {
     pub fn on_break_away(&self, x: &mut State) {
         for e in self.effects.iter() {
             e.effect
-                .on_break_away(&mut x[e.first_state..e.first_state + e.states.len()]);
+                .on_break_away(&mut x[e.first_state..e.first_state + e.nominals.len()]);
         }
     }
 
@@ -636,19 +640,32 @@ impl Model {
             self.contact_from(&k, free, x, mode)
         };
         for e in self.effects.iter() {
-            let range = e.first_state..e.first_state + e.states.len();
+            let range = e.first_state..e.first_state + e.nominals.len();
             e.effect.settle(&k.motion, &contact, &mut x[range]);
         }
     }
 
     /// Displacement in m as the sensor gives it.
-    pub fn measured_displacement(&self, x: &State) -> Real {
-        let (w, _) = self.tip(x);
-        self.effects
-            .iter()
-            .find_map(|e| e.effect.measured_displacement(w, self.states(e, x)))
-            .unwrap_or(w)
-            + self.sensor_offset
+    pub fn measured_displacement(&self, t: Real, x: &State, mode: ContactMode) -> Real {
+        let (mut reading, _) = self.tip(x);
+        if !self.effects.is_empty() {
+            let m = self.motion(t, x, mode);
+            for e in self.effects.iter() {
+                let own = self.states(e, x);
+                reading = e.effect.measured_displacement(reading, &m, own);
+            }
+        }
+        reading + self.sensor_offset
+    }
+
+    /// The same as `offset + row x`; `None` where a sensor is not linear.
+    pub fn measured_row(&self) -> Option<(State, Real)> {
+        let linear = self.effects.iter().all(|e| e.effect.measures_linearly());
+        linear.then(|| {
+            row_of(self.dimension, |x| {
+                self.measured_displacement(ZERO, x, ContactMode::Backward)
+            })
+        })
     }
 
     /// Relative velocity v_r in m/s from the state alone.
@@ -679,8 +696,8 @@ impl Model {
             scales[2 * j + 1] = value(deflection * w);
         }
         for e in self.effects.iter().filter(|e| !e.is_mode) {
-            for (i, state) in e.states.iter().enumerate() {
-                scales[e.first_state + i] = state.nominal * 1e-2;
+            for (i, nominal) in e.nominals.iter().enumerate() {
+                scales[e.first_state + i] = nominal * 1e-2;
             }
         }
         scales

@@ -3,6 +3,7 @@
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::CATALOGUE;
+use crate::effects::user_expression::{Target, UserEffect, UserParameter, UserState, UserTable};
 use crate::friction::FrictionLaw;
 use crate::integrate::{MAX_STATES, Segment, State};
 use crate::model::Model;
@@ -74,6 +75,76 @@ fn begin(model: &Model, velocity: f64) -> Segment {
     Segment::point(START, &state(model, velocity), model.dimension())
 }
 
+/// A user's effect on each target, with states and a table.
+fn users_effects() -> Vec<UserEffect> {
+    let simple = |id: &str, target, formula: &str| UserEffect::new(id, target, formula, Vec::new());
+    let state = |name: &str, rate: &str| UserState {
+        name: name.into(),
+        unit: "1".into(),
+        nominal: 1e-2,
+        start: "0".into(),
+        rate: rate.into(),
+        on_stick: None,
+        on_break_away: None,
+    };
+    let mut all = vec![
+        simple(
+            "direction",
+            Target::FrictionFactor,
+            "1 + 0.1*tanh(w_dot/0.02)",
+        ),
+        simple(
+            "by_place",
+            Target::NormalForceFactor,
+            "1 + 0.2*sin(300*s + t) + 40*w - 1e-4*F_N",
+        ),
+        simple(
+            "force",
+            Target::TipForce,
+            "-6e8*w^3 - 3*w_dot*abs(w_dot) + t_stick",
+        ),
+        simple(
+            "shaking_belt",
+            Target::BeltVelocity,
+            "0.02*sin(2*pi*40*t) + 0.1*v0 + 1e-5*F_N",
+        ),
+        simple("softening", Target::FrequencyFactor, "1 - 50*abs(w)"),
+        simple("damper", Target::DampingFactor, "1 + exp(-w_dot^2)"),
+        simple("shaking_clamp", Target::ClampAcceleration, "5*cos(300*t)"),
+        simple("curved", Target::Measurement, "w + 3*w^2"),
+    ];
+    all.push(UserEffect {
+        states: vec![
+            state("heat", "abs(F*v_r) - heat/0.01"),
+            state("creep", "if(stick, 0.3*heat, -creep)"),
+        ],
+        ..simple("heating", Target::FrictionFactor, "1 - 0.01*heat + creep^2")
+    });
+    all.push(UserEffect {
+        states: vec![state("z", "w_dot - 0.5*abs(w_dot)*z - t*z")],
+        mode: Some(1),
+        ..simple("hysteresis", Target::FrequencyFactor, "1 + z")
+    });
+    let node = |i: usize, value| UserParameter {
+        name: format!("g_{i}"),
+        unit: "1".into(),
+        start: 0.0,
+        min: -1.0,
+        max: 1.0,
+        value,
+    };
+    all.push(UserEffect {
+        parameters: (0..4).map(|i| node(i, [0.1, -0.05, 0.2, 0.1][i])).collect(),
+        tables: vec![UserTable {
+            name: "g".into(),
+            at: vec![-0.3, -0.01, 0.17, 0.4],
+            first_parameter: 0,
+        }],
+        ..simple("curve", Target::FrictionFactor, "1 + table(w_dot, g)")
+    });
+    all
+}
+
 /// The reference model, each effect at its typical values, and each with one other.
 fn all_models() -> Vec<(String, ModelParameters)> {
     let mut all = vec![("reference".to_owned(), ModelParameters::default())];
@@ -92,6 +163,15 @@ fn all_models() -> Vec<(String, ModelParameters)> {
             format!("{}, {}", CATALOGUE[card].id, CATALOGUE[other].id),
             parameters,
         ));
+    }
+    for (i, effect) in users_effects().into_iter().enumerate() {
+        let mut parameters = ModelParameters::default();
+        let name = effect.id.clone();
+        parameters.user_effects.push(effect);
+        all.push((name.clone(), parameters.clone()));
+        let other = (3 * i) % CATALOGUE.len();
+        switch_on(&mut parameters, other);
+        all.push((format!("{name}, {}", CATALOGUE[other].id), parameters));
     }
     all
 }

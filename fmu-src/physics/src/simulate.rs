@@ -117,7 +117,7 @@ impl Outputs {
             friction_force: contact.force,
             relative_velocity: motion.relative_velocity,
             mode,
-            measured_displacement: model.measured_displacement(x),
+            measured_displacement: model.measured_displacement(t, x, mode),
             belt_travel: motion.travel,
             dwell: motion.dwell,
         }
@@ -893,7 +893,8 @@ impl Simulation {
 
     /// The displacement at the present time as the sensor gives it, in m; cheaper than all outputs.
     pub fn measured_displacement(&self) -> Real {
-        self.model.measured_displacement(&self.state())
+        self.model
+            .measured_displacement(self.time, &self.state(), self.segment_mode)
     }
 
     /// Number of transitions so far.

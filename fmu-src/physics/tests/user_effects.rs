@@ -1,7 +1,10 @@
 //! Effects that a user writes as a formula: same motion as the catalogue's, and clear refusals.
 
+use beam_physics::beam::Beam;
 use beam_physics::belt::Inputs;
-use beam_physics::effects::user_expression::{QUANTITIES, Target, UserEffect, UserParameter};
+use beam_physics::effects::user_expression::{
+    QUANTITIES, Target, UserEffect, UserParameter, UserState, UserTable,
+};
 use beam_physics::error::PhysicsError;
 use beam_physics::integrate::MAX_STATES;
 use beam_physics::model::Model;
@@ -9,22 +12,20 @@ use beam_physics::parameters::ModelParameters;
 use beam_physics::simulate::{Simulation, Start, StartContact};
 
 fn effect(target: Target, formula: &str, parameters: &[(&str, f64)]) -> UserEffect {
-    UserEffect {
-        id: "mine".into(),
+    let parameter = |(name, value): &(&str, f64)| UserParameter {
+        name: (*name).into(),
+        unit: "1".into(),
+        start: 0.0,
+        min: -10.0,
+        max: 1e10,
+        value: *value,
+    };
+    UserEffect::new(
+        "mine",
         target,
-        expression: formula.into(),
-        parameters: parameters
-            .iter()
-            .map(|(name, value)| UserParameter {
-                name: (*name).into(),
-                unit: "1".into(),
-                start: 0.0,
-                min: -10.0,
-                max: 1e10,
-                value: *value,
-            })
-            .collect(),
-    }
+        formula,
+        parameters.iter().map(parameter).collect(),
+    )
 }
 
 fn with(user: UserEffect) -> ModelParameters {
@@ -128,6 +129,198 @@ fn a_formula_moves_as_the_catalogues_effect_does() {
             assert!((a - b).abs() < 1e-9, "{formula}: {a} {b}");
         }
     }
+}
+
+fn state(name: &str, start: &str, rate: &str) -> UserState {
+    UserState {
+        name: name.into(),
+        unit: "1".into(),
+        nominal: 1e-4,
+        start: start.into(),
+        rate: rate.into(),
+        on_stick: None,
+        on_break_away: None,
+    }
+}
+
+#[test]
+fn a_formula_with_states_moves_as_the_catalogues_effect_does() {
+    type Case = (&'static [(&'static str, f64)], UserEffect);
+    let drift = UserEffect {
+        states: vec![state("warm", "0", "(1 - warm)/0.3")],
+        ..effect(Target::FrictionFactor, "1 + 0.2*warm", &[])
+    };
+    let lag = UserEffect {
+        states: vec![state("late", "w - 0.001*w_dot", "(w - late)/0.001")],
+        ..effect(Target::Measurement, "late", &[])
+    };
+    let shaker = effect(Target::ClampAcceleration, "3*cos(2*pi*55*t + 0.3)", &[]);
+    let cases: [Case; 3] = [
+        (&[("friction_drift.change", 0.2)], drift),
+        (&[("sensor_lag.time_constant", 1e-3)], lag),
+        (
+            &[
+                ("base_excitation.amplitude", 3.0),
+                ("base_excitation.frequency", 55.0),
+                ("base_excitation.phase", 0.3),
+            ],
+            shaker,
+        ),
+    ];
+    for (values, user) in cases {
+        let mut catalogue = ModelParameters::default();
+        for (name, value) in values {
+            catalogue.effects.set_named(name, *value).unwrap();
+        }
+        let formula = user.expression.clone();
+        let mine = settled_motion(&with(user));
+        for (a, b) in settled_motion(&catalogue).iter().zip(&mine) {
+            assert!((a - b).abs() < 1e-9, "{formula}: {a} {b}");
+        }
+    }
+}
+
+/// As [`motion`], with the effects' states in equilibrium with the start.
+fn settled_motion(parameters: &ModelParameters) -> Vec<f64> {
+    let mut state = [0.0; MAX_STATES];
+    state[0] = 8.3e-4;
+    let start = Start {
+        state,
+        contact: StartContact::Stick,
+        settled: true,
+        ..Start::default()
+    };
+    let inputs = Inputs::constant(0.1, 100.0);
+    let mut run = Simulation::new(parameters, inputs, &start, 1e-10).unwrap();
+    (1..=40)
+        .map(|i| {
+            run.advance_to(1e-3 * f64::from(i)).unwrap();
+            run.measured_displacement()
+        })
+        .collect()
+}
+
+#[test]
+fn factors_on_frequencies_and_damping_are_those_of_another_structure() {
+    let changed = |factor: f64, damping: f64, modes: &[usize]| {
+        let mut all = Beam::default().modes().to_vec();
+        for &j in modes {
+            all[j].frequency *= factor;
+            all[j].damping_ratio *= damping;
+        }
+        ModelParameters {
+            beam: Beam::new(&all).unwrap(),
+            ..ModelParameters::default()
+        }
+    };
+    let second = UserEffect {
+        mode: Some(2),
+        ..effect(Target::DampingFactor, "3", &[])
+    };
+    let cases = [
+        // What damping takes stays the same: 2 D w.
+        (
+            effect(Target::FrequencyFactor, "1.03", &[]),
+            changed(1.03, 1.0 / 1.03, &[0, 1]),
+        ),
+        (
+            effect(Target::DampingFactor, "3", &[]),
+            changed(1.0, 3.0, &[0, 1]),
+        ),
+        (second, changed(1.0, 3.0, &[1])),
+    ];
+    for (user, structure) in cases {
+        let mine = motion(&with(user));
+        for (a, b) in mine.iter().zip(motion(&structure)) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_state_jumps_where_its_file_says() {
+    let count = UserState {
+        on_stick: Some("n + 1".into()),
+        on_break_away: Some("n + 100".into()),
+        ..state("n", "0", "0*t")
+    };
+    let user = UserEffect {
+        states: vec![count],
+        ..effect(Target::Measurement, "w + n", &[])
+    };
+    let mut run = run(&with(user)).unwrap();
+    run.advance_to(0.2).unwrap();
+    let outputs = run.outputs();
+    let counted = outputs.measured_displacement - outputs.displacement;
+    let transitions = run.transition_count();
+    assert!(transitions > 8, "{transitions}");
+    // It begins in stick; arrivals and departures alternate.
+    let departures = transitions.div_ceil(2) as f64;
+    let arrivals = (transitions / 2) as f64;
+    assert!(
+        (counted - 100.0 * departures - arrivals - 1.0).abs() < 1e-6,
+        "{counted} {transitions}"
+    );
+}
+
+#[test]
+fn a_state_that_runs_away_ends_the_run_with_its_name() {
+    let user = UserEffect {
+        states: vec![state("x", "1", "1000*x")],
+        ..effect(Target::TipForce, "0*x", &[])
+    };
+    let mut run = run_settled(&with(user)).unwrap();
+    let message = run.advance_to(1.0).unwrap_err().to_string();
+    assert!(
+        message.contains("user effect 'mine': state x = "),
+        "{message}"
+    );
+    assert!(message.contains("has run away"), "{message}");
+}
+
+fn run_settled(parameters: &ModelParameters) -> Result<Simulation, PhysicsError> {
+    let start = Start {
+        contact: StartContact::Stick,
+        settled: true,
+        ..Start::default()
+    };
+    Simulation::new(parameters, Inputs::constant(0.1, 100.0), &start, 1e-10)
+}
+
+#[test]
+fn wrong_states_and_tables_are_refused_by_name() {
+    let with_state = |s: UserState| UserEffect {
+        states: vec![s],
+        ..effect(Target::TipForce, "x", &[])
+    };
+    let text = refusal(with_state(state("x", "0", "y")));
+    assert!(
+        text.contains("state x, rate 'y', column 1: unknown name 'y'"),
+        "{text}"
+    );
+    let text = refusal(with_state(state("F", "0", "0")));
+    assert!(text.contains("'F' can't name a state"), "{text}");
+    let text = refusal(effect(Target::TipForce, "table(w, g)", &[]));
+    assert!(text.contains("unknown table 'g'; there is none"), "{text}");
+    let with_table = |at: &[f64]| UserEffect {
+        tables: vec![UserTable {
+            name: "g".into(),
+            at: at.to_vec(),
+            first_parameter: 0,
+        }],
+        ..effect(
+            Target::TipForce,
+            "table(w, g)",
+            &[("g_1", 0.0), ("g_2", 1.0)],
+        )
+    };
+    let text = refusal(with_table(&[0.0, 0.0]));
+    assert!(
+        text.contains("table g: node 2 at 0 does not lie behind node 1 at 0"),
+        "{text}"
+    );
+    assert!(refusal(with_table(&[0.0])).contains("at least 2"));
+    assert!(refusal(with_table(&[0.0, 1.0, 2.0])).contains("more nodes than values"));
 }
 
 #[test]

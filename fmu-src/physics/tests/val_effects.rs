@@ -87,12 +87,12 @@ fn add_formula(parameters: &mut ModelParameters, name: &str, values: &Value) {
         max: 1e9,
         value: number(value),
     };
-    parameters.user_effects.push(UserEffect {
-        id: id.into(),
+    parameters.user_effects.push(UserEffect::new(
+        id,
         target,
-        expression: formula.into(),
-        parameters: values.as_object().unwrap().iter().map(parameter).collect(),
-    });
+        formula,
+        values.as_object().unwrap().iter().map(parameter).collect(),
+    ));
 }
 
 fn start_state(model: &Model, start: &Value) -> [f64; MAX_STATES] {

@@ -1,8 +1,9 @@
 //! Reads an effect's file and checks it entry by entry.
 
-use super::{UserCard, UserEffectError, UserEffectParameter};
+use super::{UserCard, UserEffectError, UserEffectParameter, UserEffectState};
 use crate::table::variables;
-use beam_physics::effects::user_expression::{MAX_PARAMETERS, Target};
+use beam_physics::beam::MAX_MODES;
+use beam_physics::effects::user_expression::{MAX_PARAMETERS, Target, UserState, UserTable};
 use beam_physics::effects::{CATALOGUE, Role};
 use serde::Deserialize;
 use std::ops::Range;
@@ -32,11 +33,60 @@ struct RawFile {
     source: Option<Spanned<String>>,
     signature: Option<Spanned<String>>,
     confounders: Option<Spanned<String>>,
+    family: Option<Spanned<String>>,
+    mode: Option<Spanned<usize>>,
     #[serde(default)]
     parameter: Vec<RawParameter>,
+    #[serde(default)]
+    state: Vec<RawState>,
+    #[serde(default)]
+    table: Vec<RawTable>,
+}
+
+/// A formula; a number stands for itself.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum RawFormula {
+    Number(f64),
+    Text(String),
+}
+
+impl RawFormula {
+    fn text(self) -> String {
+        match self {
+            Self::Number(x) => format!("{x:?}"),
+            Self::Text(text) => text,
+        }
+    }
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawState {
+    name: Spanned<String>,
+    unit: Spanned<String>,
+    description: Option<Spanned<String>>,
+    nominal: Spanned<f64>,
+    start: Option<RawFormula>,
+    rate: RawFormula,
+    on_stick: Option<RawFormula>,
+    on_break_away: Option<RawFormula>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTable {
+    name: Spanned<String>,
+    unit: Spanned<String>,
+    description: Option<Spanned<String>>,
+    at: Spanned<Vec<f64>>,
+    min: Spanned<f64>,
+    max: Spanned<f64>,
+    typical: Spanned<f64>,
+    role: Option<Spanned<String>>,
+}
+
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawParameter {
     name: Spanned<String>,
@@ -69,6 +119,31 @@ impl UserCard {
                 max: MAX_PARAMETERS,
             });
         }
+        let target_choice = Target::from_name(&target).ok_or_else(|| UserEffectError::Choice {
+            line: target_line,
+            key: "target",
+            found: target,
+            known: Target::ALL.map(|t| t.0).join(", "),
+        })?;
+        let mut parameters = raw
+            .parameter
+            .into_iter()
+            .map(|p| file.parameter(p))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut tables = Vec::new();
+        for table in raw.table {
+            let line = file.line(&table.name);
+            let (table, nodes) = file.table(table, parameters.len())?;
+            tables.push(table);
+            parameters.extend(nodes);
+            if parameters.len() > MAX_PARAMETERS {
+                return Err(UserEffectError::Parameters {
+                    line,
+                    count: parameters.len(),
+                    max: MAX_PARAMETERS,
+                });
+            }
+        }
         let card = Self {
             id: file.id(raw.id)?,
             title: file.text("title", 80, raw.title)?,
@@ -76,18 +151,17 @@ impl UserCard {
             source: file.optional("source", raw.source, SOURCE)?,
             signature: file.optional("signature", raw.signature, "")?,
             confounders: file.optional("confounders", raw.confounders, "")?,
-            target: Target::from_name(&target).ok_or_else(|| UserEffectError::Choice {
-                line: target_line,
-                key: "target",
-                found: target,
-                known: Target::ALL.map(|t| t.0).join(", "),
-            })?,
+            target: target_choice,
             expression: file.text("expression", 2000, raw.expression)?,
-            parameters: raw
-                .parameter
+            family: file.optional("family", raw.family, "")?,
+            mode: file.mode(raw.mode, target_choice)?,
+            states: raw
+                .state
                 .into_iter()
-                .map(|p| file.parameter(p))
+                .map(|s| file.state(s))
                 .collect::<Result<_, _>>()?,
+            parameters,
+            tables,
             text: text.to_owned(),
         };
         card.check_formula(formula_line)?;
@@ -156,6 +230,101 @@ impl File<'_> {
         default: &str,
     ) -> Result<String, UserEffectError> {
         text.map_or(Ok(default.to_owned()), |text| self.text(key, 2000, text))
+    }
+
+    /// The mode on which a factor on frequencies or damping acts.
+    fn mode(
+        &self,
+        mode: Option<Spanned<usize>>,
+        target: Target,
+    ) -> Result<Option<usize>, UserEffectError> {
+        let Some(mode) = mode else {
+            return Ok(None);
+        };
+        let has_modes = matches!(target, Target::FrequencyFactor | Target::DampingFactor);
+        if !has_modes || !(1..=MAX_MODES).contains(mode.as_ref()) {
+            return Err(UserEffectError::Choice {
+                line: self.line(&mode),
+                key: "mode",
+                found: mode.as_ref().to_string(),
+                known: format!(
+                    "1 to {MAX_MODES} with target = 'frequency_factor' or 'damping_factor', else leave it out"
+                ),
+            });
+        }
+        Ok(Some(mode.into_inner()))
+    }
+
+    fn state(&self, raw: RawState) -> Result<UserEffectState, UserEffectError> {
+        let line = self.line(&raw.nominal);
+        let name = self.text("name", 60, raw.name)?;
+        let unit = self.text("unit", 40, raw.unit)?;
+        let nominal = raw.nominal.into_inner();
+        if !(nominal > 0.0 && nominal.is_finite()) {
+            return Err(UserEffectError::Value {
+                line,
+                name,
+                key: "nominal",
+                value: nominal,
+                unit,
+                required: "positive: the typical magnitude of the state",
+            });
+        }
+        Ok(UserEffectState {
+            description: self.optional("description", raw.description, "state of the formula")?,
+            state: UserState {
+                name,
+                unit,
+                nominal,
+                start: raw.start.map_or("0".to_owned(), RawFormula::text),
+                rate: raw.rate.text(),
+                on_stick: raw.on_stick.map(RawFormula::text),
+                on_break_away: raw.on_break_away.map(RawFormula::text),
+            },
+        })
+    }
+
+    /// A table, and the parameters that are the values at its nodes.
+    fn table(
+        &self,
+        raw: RawTable,
+        first_parameter: usize,
+    ) -> Result<(UserTable, Vec<UserEffectParameter>), UserEffectError> {
+        let at = raw.at.as_ref();
+        let rises = at.windows(2).all(|pair| pair[0] < pair[1]);
+        if at.len() < 2 || !rises || !at.iter().all(|a| a.is_finite()) {
+            return Err(UserEffectError::Choice {
+                line: self.line(&raw.at),
+                key: "at",
+                found: format!("{at:?}"),
+                known: "2 places or more, each behind the one before".into(),
+            });
+        }
+        let mut nodes = Vec::new();
+        for (i, place) in at.iter().enumerate() {
+            let mut node = self.parameter(RawParameter {
+                name: raw.name.clone(),
+                unit: raw.unit.clone(),
+                description: raw.description.clone(),
+                min: raw.min.clone(),
+                max: raw.max.clone(),
+                typical: raw.typical.clone(),
+                role: raw.role.clone(),
+            })?;
+            let of = match raw.description.is_some() {
+                true => node.description.as_str(),
+                false => "value of the table",
+            };
+            node.description = format!("{of} at {place:?}");
+            node.name = format!("{}_{}", raw.name.as_ref(), i + 1);
+            nodes.push(node);
+        }
+        let table = UserTable {
+            name: raw.name.into_inner(),
+            at: raw.at.into_inner(),
+            first_parameter,
+        };
+        Ok((table, nodes))
     }
 
     fn parameter(&self, raw: RawParameter) -> Result<UserEffectParameter, UserEffectError> {

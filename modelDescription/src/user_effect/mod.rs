@@ -4,7 +4,8 @@
 //! ```toml
 //! id = "direction"
 //! title = "Friction depends on the direction of motion"
-//! target = "friction_factor"          # or normal_force_factor, tip_force, belt_velocity
+//! target = "friction_factor"          # or normal_force_factor, tip_force, belt_velocity, frequency_factor, damping_factor,
+//!                                     # measurement, clamp_acceleration
 //! expression = "1 + a*tanh(w_dot/v)"
 //!
 //! [[parameter]]
@@ -22,15 +23,38 @@
 //! typical = 0.02
 //! role = "shape"                      # default: "amplitude", whose 0 means off
 //! ```
+//!
+//! An effect may have a memory, states with rates of their own, and curves through nodes whose values are parameters:
+//!
+//! ```toml
+//! expression = "1 - a*T + table(v_abs, g)"
+//!
+//! [[state]]
+//! name = "T"
+//! unit = "K"
+//! nominal = 10.0                      # typical magnitude, for the integrator's error
+//! start = 0.0                         # default; a number or a formula over the motion at the start
+//! rate = "h*abs(F*v_r) - T/tau"       # per s; F is the friction force, stick is 1 in stick
+//! on_stick = "T"                      # what it becomes at the arrival in stick, and on_break_away; default: it stays
+//!
+//! [[table]]
+//! name = "g"
+//! unit = "1"
+//! at = [0.0, 0.05, 0.1, 0.2]          # places of the nodes; a natural cubic spline goes through them
+//! min = -0.5                          # of the values at the nodes, parameters g_1, g_2, ...
+//! max = 0.5
+//! typical = 0.05
+//! ```
 
 mod error;
 mod file;
 
 pub use error::UserEffectError;
 
-use beam_physics::belt::Inputs;
-use beam_physics::effects::user_expression::{Compiled, Target, UserEffect, UserParameter};
-use beam_physics::effects::{Effect, Motion, Role};
+use beam_physics::effects::user_expression::{
+    TRAVEL, Target, UserEffect, UserParameter, UserState, UserTable,
+};
+use beam_physics::effects::{ContactForce, Effect, Motion, Role};
 use beam_physics::error::PhysicsError;
 
 /// A parameter of a user's effect.
@@ -62,6 +86,15 @@ impl UserEffectParameter {
     }
 }
 
+/// A state of a user's effect: [`UserState`] with what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UserEffectState {
+    /// Name, unit and formulas.
+    pub state: UserState,
+    /// What it is.
+    pub description: String,
+}
+
 /// A user's effect as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UserCard {
@@ -77,12 +110,20 @@ pub struct UserCard {
     pub signature: String,
     /// Effects that look alike.
     pub confounders: String,
+    /// The kind of physics, for people who look for one.
+    pub family: String,
     /// What the formula acts on.
     pub target: Target,
+    /// The mode on which a factor acts, counted from 1; all without.
+    pub mode: Option<usize>,
     /// The formula.
     pub expression: String,
-    /// Its parameters.
+    /// Its parameters, then the values at the nodes of its tables.
     pub parameters: Vec<UserEffectParameter>,
+    /// Its states.
+    pub states: Vec<UserEffectState>,
+    /// Its tables.
+    pub tables: Vec<UserTable>,
     /// The file, as written.
     pub text: String,
 }
@@ -102,14 +143,19 @@ impl UserCard {
         if !self.parameters.iter().any(|p| p.role == Role::Amplitude) {
             return Err(UserEffectError::NoAmplitude { line });
         }
-        let off = self.at_start().compile().map_err(wrong)?;
-        let (neutral, example) = match self.target {
-            Target::FrictionFactor | Target::NormalForceFactor => (1.0, "1 + a*w"),
-            Target::TipForce => (0.0, "a*w"),
-            Target::BeltVelocity => (0.0, "a*v0"),
+        let off_effect = self.at_start();
+        let off = off_effect.compile().map_err(wrong)?;
+        let example = match self.target {
+            Target::TipForce => "a*w",
+            Target::BeltVelocity | Target::ClampAcceleration => "a*v0",
+            Target::Measurement => "w + a*w^2",
+            _ => "1 + a*w",
         };
         for motion in probes() {
-            let value = value_of(&off, self.target, &motion);
+            let neutral = self.target.neutral(motion.displacement);
+            let mut states = vec![0.0; off_effect.nominals().len()];
+            off.settle(&motion, &NO_FORCE, &mut states);
+            let value = off.value(&motion, &states);
             // What can't be evaluated here may never occur; the run tells.
             if value.is_finite() && (value - neutral).abs() > 1e-12 {
                 return Err(UserEffectError::NeverOff {
@@ -131,7 +177,29 @@ impl UserCard {
             Target::NormalForceFactor => format!("F_N -> F_N ({formula})"),
             Target::TipForce => format!("F_tip = {formula}"),
             Target::BeltVelocity => format!("v_belt = v0 + {formula}"),
+            Target::FrequencyFactor => {
+                format!("f{} -> f{} ({formula})", self.of_mode(), self.of_mode())
+            }
+            Target::DampingFactor => {
+                format!("D{} -> D{} ({formula})", self.of_mode(), self.of_mode())
+            }
+            Target::Measurement => format!("w_measured = {formula}"),
+            Target::ClampAcceleration => format!("a_clamp = {formula}"),
         }
+    }
+
+    fn of_mode(&self) -> String {
+        self.mode.map_or("_j".to_owned(), |mode| format!("_{mode}"))
+    }
+
+    /// Name, unit, typical magnitude and description of all states that it brings along.
+    pub(crate) fn all_states(&self) -> impl Iterator<Item = (&str, &str, f64, &str)> {
+        let own = self.states.iter().map(|s| {
+            let (of, description) = (&s.state, s.description.as_str());
+            (of.name.as_str(), of.unit.as_str(), of.nominal, description)
+        });
+        let travel = (TRAVEL, "m", 1e-3, "distance added to the belt's");
+        own.chain((self.target == Target::BeltVelocity).then_some(travel))
     }
 
     /// The physics' effect with these parameter values, or `None` where they mean "off".
@@ -171,11 +239,21 @@ impl UserCard {
         UserEffect {
             id: self.id.clone(),
             target: self.target,
+            mode: self.mode,
             expression: self.expression.clone(),
             parameters: self.parameters.iter().zip(values).map(parameter).collect(),
+            states: self.states.iter().map(|s| s.state.clone()).collect(),
+            tables: self.tables.clone(),
         }
     }
 }
+
+/// A contact without force, from which states start.
+const NO_FORCE: ContactForce = ContactForce {
+    force: 0.0,
+    capacity: 0.0,
+    stuck: false,
+};
 
 /// Motions as they occur: slip behind and ahead of the belt, and stick.
 fn probes() -> [Motion; 3] {
@@ -207,16 +285,4 @@ fn probes() -> [Motion; 3] {
         ..slip
     };
     [slip, ahead, stick]
-}
-
-fn value_of(effect: &Compiled, target: Target, m: &Motion) -> f64 {
-    match target {
-        Target::FrictionFactor => effect.friction_factor(m),
-        Target::NormalForceFactor => effect.normal_factor(m),
-        Target::TipForce => effect.tip_force(m),
-        Target::BeltVelocity => {
-            let inputs = Inputs::constant(m.given_belt_velocity, m.normal_force);
-            effect.belt_ripple(m.time, &inputs)
-        }
-    }
 }

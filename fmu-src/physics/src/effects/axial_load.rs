@@ -68,9 +68,15 @@ impl Effect for AxialLoad {
             }
         }
     }
-    fn add_modal_acceleration(&self, m: &Motion, q: &[Real], acceleration: &mut [Real]) {
+    fn add_modal_acceleration(
+        &self,
+        m: &Motion,
+        _x: &[Real],
+        modes: &[Real],
+        acceleration: &mut [Real],
+    ) {
         for (row, sum) in self.coupling.iter().zip(acceleration) {
-            for (c, displacement) in row.iter().zip(q) {
+            for (c, displacement) in row.iter().zip(modes.iter().step_by(2)) {
                 *sum += m.normal_force * c * displacement;
             }
         }
@@ -92,6 +98,7 @@ impl EffectSeries for AxialLoad {
         &self,
         k: usize,
         m: &MotionSeries,
+        _x: &[Real],
         states: &[State],
         _registers: &mut [Series],
         acceleration: &mut [Real],

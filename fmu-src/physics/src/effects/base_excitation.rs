@@ -4,7 +4,7 @@ use super::series::{
     EffectSeries, HARMONIC_REGISTERS, Hooks, MotionSeries, Series, State, harmonic,
 };
 use super::{Card, Context, Effect, Motion, Parameter, Role};
-use crate::beam::{Beam, MAX_MODES, cantilever_scale, mode_integrals};
+use crate::beam::{Beam, MAX_MODES, clamp_participation};
 use crate::error::PhysicsError;
 use crate::real::{Real, ZERO, value};
 use crate::unit::{HERTZ, METRE_PER_SECOND2, RADIAN};
@@ -85,12 +85,15 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 
 impl Effect for Shaking {
     fn prepare(&mut self, beam: &Beam) {
-        for (j, mode) in beam.modes().iter().enumerate() {
-            // rho A l integral(phi_j)/m_j: twice the mode shape is half the coordinate.
-            self.participation[j] = mode_integrals().mean[j] / cantilever_scale(j, mode.tip_value);
-        }
+        self.participation = clamp_participation(beam);
     }
-    fn add_modal_acceleration(&self, m: &Motion, _q: &[Real], acceleration: &mut [Real]) {
+    fn add_modal_acceleration(
+        &self,
+        m: &Motion,
+        _x: &[Real],
+        _modes: &[Real],
+        acceleration: &mut [Real],
+    ) {
         let clamp = self.amplitude * (self.angular_frequency * m.time + self.phase).cos();
         for (sum, g) in acceleration.iter_mut().zip(&self.participation) {
             *sum -= clamp * g;
@@ -122,6 +125,7 @@ impl EffectSeries for Shaking {
         &self,
         k: usize,
         m: &MotionSeries,
+        _x: &[Real],
         _states: &[State],
         registers: &mut [Series],
         acceleration: &mut [Real],

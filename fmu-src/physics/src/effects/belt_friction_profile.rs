@@ -184,7 +184,7 @@ impl Profile {
 }
 
 impl Effect for Profile {
-    fn friction_factor(&self, m: &Motion) -> Real {
+    fn friction_factor(&self, m: &Motion, _x: &[Real]) -> Real {
         let place = self.place(m.travel).clamp(0.0, self.intervals as f64);
         let i = self.interval(m.travel);
         let u = place - i as f64;
@@ -207,7 +207,13 @@ impl EffectSeries for Profile {
     fn register_count(&self) -> usize {
         2
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+    fn factor(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        registers: &mut [Series],
+    ) -> Real {
         let [u, square, ..] = registers else {
             unreachable!("two registers declared")
         };

@@ -79,7 +79,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Periodic {
-    fn friction_factor(&self, m: &Motion) -> Real {
+    fn friction_factor(&self, m: &Motion, _x: &[Real]) -> Real {
         1.0 + self.amplitude * (self.wave_number * m.travel + self.phase).cos()
     }
     fn series(&self) -> Option<&dyn EffectSeries> {
@@ -98,7 +98,13 @@ impl EffectSeries for Periodic {
     fn register_count(&self) -> usize {
         COSINE_REGISTERS
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+    fn factor(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        registers: &mut [Series],
+    ) -> Real {
         let offset = if k == 0 { self.phase } else { ZERO };
         let angle = self.wave_number * m.travel[k] + offset;
         let change = self.amplitude * cosine(k, angle, registers);

@@ -45,7 +45,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Cubic {
-    fn tip_force(&self, m: &Motion) -> Real {
+    fn tip_force(&self, m: &Motion, _x: &[Real]) -> Real {
         -self.0 * m.displacement * m.displacement * m.displacement
     }
     fn is_linear_in_stick(&self) -> bool {
@@ -67,7 +67,13 @@ impl EffectSeries for Cubic {
     fn register_count(&self) -> usize {
         1
     }
-    fn tip_force(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+    fn tip_force(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        registers: &mut [Series],
+    ) -> Real {
         let w = &m.displacement;
         let square = &mut registers[0];
         square[k] = product(w, w, k);

@@ -64,7 +64,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Drift {
-    fn friction_factor(&self, m: &Motion) -> Real {
+    fn friction_factor(&self, m: &Motion, _x: &[Real]) -> Real {
         1.0 - self.change * (-self.rate * m.time.max(0.0)).exp_m1()
     }
     fn keeps_limit_constant(&self) -> bool {
@@ -86,7 +86,13 @@ impl EffectSeries for Drift {
     fn register_count(&self) -> usize {
         1
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+    fn factor(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        registers: &mut [Series],
+    ) -> Real {
         let cold = &mut registers[0];
         if k == 0 {
             cold[0] = (-self.rate * m.start.time).exp();

@@ -210,14 +210,21 @@ pub trait Effect: Send + Sync {
     }
     /// Works out, once, what depends on the complete structure.
     fn prepare(&mut self, _beam: &Beam) {}
-    /// Adds to the modal accelerations (m/s^2), given modal displacements `q`.
-    fn add_modal_acceleration(&self, _m: &Motion, _q: &[Real], _acceleration: &mut [Real]) {}
+    /// Adds to the modal accelerations (m/s^2), given the structure's states `modes`: displacement and velocity of each mode.
+    fn add_modal_acceleration(
+        &self,
+        _m: &Motion,
+        _x: &[Real],
+        _modes: &[Real],
+        _acceleration: &mut [Real],
+    ) {
+    }
     /// Force on the tip besides friction, in N.
-    fn tip_force(&self, _m: &Motion) -> Real {
+    fn tip_force(&self, _m: &Motion, _x: &[Real]) -> Real {
         ZERO
     }
     /// Factor on the coefficient of friction.
-    fn friction_factor(&self, _m: &Motion) -> Real {
+    fn friction_factor(&self, _m: &Motion, _x: &[Real]) -> Real {
         real(1.0)
     }
     /// Slope in s/m of a term added to the kinetic coefficient of friction, linear in the sliding speed (|v_r|,
@@ -226,7 +233,7 @@ pub trait Effect: Send + Sync {
         ZERO
     }
     /// Factor on the normal force.
-    fn normal_factor(&self, _m: &Motion) -> Real {
+    fn normal_factor(&self, _m: &Motion, _x: &[Real]) -> Real {
         real(1.0)
     }
     /// Factor on the static limit.
@@ -267,16 +274,20 @@ pub trait Effect: Send + Sync {
     fn on_break_away(&self, _x: &mut [Real]) {}
     /// States in equilibrium with the start motion and contact force.
     fn settle(&self, _m: &Motion, _contact: &ContactForce, _x: &mut [Real]) {}
-    /// The displacement as the sensor gives it, in m.
-    fn measured_displacement(&self, _displacement: Real, _x: &[Real]) -> Option<Real> {
-        None
+    /// What the sensor makes of a reading in m, which is the tip displacement or what an effect before has made of it.
+    fn measured_displacement(&self, reading: Real, _m: &Motion, _x: &[Real]) -> Real {
+        reading
+    }
+    /// Whether [`Effect::measured_displacement`] is linear in the states, the same at all times.
+    fn measures_linearly(&self) -> bool {
+        true
     }
     /// Fastest rate (1/s) or angular frequency (rad/s) that the effect brings into the equations.
     fn fastest_rate(&self) -> f64 {
         0.0
     }
     /// What is wrong with the effect at this instant, where it can't be evaluated.
-    fn fault(&self, _m: &Motion) -> Option<PhysicsError> {
+    fn fault(&self, _m: &Motion, _x: &[Real]) -> Option<PhysicsError> {
         None
     }
     /// Whether the equations stay linear with constant coefficients while the contact sticks.

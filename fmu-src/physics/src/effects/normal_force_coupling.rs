@@ -45,7 +45,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Coupling {
-    fn normal_factor(&self, m: &Motion) -> Real {
+    fn normal_factor(&self, m: &Motion, _x: &[Real]) -> Real {
         1.0 + self.0 * m.displacement
     }
     fn keeps_limit_constant(&self) -> bool {
@@ -64,7 +64,13 @@ impl EffectSeries for Coupling {
         }
     }
 
-    fn factor(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> Real {
+    fn factor(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        _registers: &mut [Series],
+    ) -> Real {
         let change = self.0 * m.displacement[k];
         if k == 0 { 1.0 + change } else { change }
     }

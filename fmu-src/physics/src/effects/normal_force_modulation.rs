@@ -78,7 +78,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Pulsation {
-    fn normal_factor(&self, m: &Motion) -> Real {
+    fn normal_factor(&self, m: &Motion, _x: &[Real]) -> Real {
         1.0 + self.amplitude * (self.angular_frequency * m.time + self.phase).cos()
     }
     fn fastest_rate(&self) -> f64 {
@@ -103,7 +103,13 @@ impl EffectSeries for Pulsation {
     fn register_count(&self) -> usize {
         HARMONIC_REGISTERS
     }
-    fn factor(&self, k: usize, m: &MotionSeries, registers: &mut [Series]) -> Real {
+    fn factor(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        registers: &mut [Series],
+    ) -> Real {
         let angle = self.angular_frequency * m.start.time + self.phase;
         let change =
             self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);

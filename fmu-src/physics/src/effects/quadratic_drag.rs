@@ -44,7 +44,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 }
 
 impl Effect for Drag {
-    fn tip_force(&self, m: &Motion) -> Real {
+    fn tip_force(&self, m: &Motion, _x: &[Real]) -> Real {
         -self.0 * m.velocity * m.velocity.abs()
     }
     fn is_linear_in_stick(&self) -> bool {
@@ -63,7 +63,13 @@ impl EffectSeries for Drag {
         }
     }
 
-    fn tip_force(&self, k: usize, m: &MotionSeries, _registers: &mut [Series]) -> Real {
+    fn tip_force(
+        &self,
+        k: usize,
+        m: &MotionSeries,
+        _x: &[Real],
+        _registers: &mut [Series],
+    ) -> Real {
         -self.0 * m.velocity[0].signum() * product(&m.velocity, &m.velocity, k)
     }
     fn holds(&self, m: &MotionSeries, _registers: &[Series], degree: usize, theta: f64) -> bool {

@@ -52,8 +52,8 @@ impl Effect for SensorLag {
     fn add_rates(&self, m: &Motion, _contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         rates[0] += (m.displacement - x[0]) / self.0;
     }
-    fn measured_displacement(&self, _displacement: Real, x: &[Real]) -> Option<Real> {
-        Some(x[0])
+    fn measured_displacement(&self, _reading: Real, _m: &Motion, x: &[Real]) -> Real {
+        x[0]
     }
     fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [Real]) {
         // A ramp is followed with the delay tau once the start has been forgotten.

@@ -60,6 +60,10 @@ pub struct MotionSeries {
     pub travel: Series,
     /// Normal force in N as given, powers 0 and 1.
     pub normal_force: [Real; 2],
+    /// Belt velocity in m/s as given, powers 0 and 1.
+    pub given_belt_velocity: [Real; 2],
+    /// Whether the contact sticks.
+    pub stuck: bool,
 }
 
 impl MotionSeries {
@@ -75,6 +79,8 @@ impl MotionSeries {
             speed: none,
             travel: none,
             normal_force: [ZERO; 2],
+            given_belt_velocity: [ZERO; 2],
+            stuck: false,
         }
     }
 
@@ -82,6 +88,28 @@ impl MotionSeries {
     #[inline]
     pub fn relative_velocity(&self, k: usize) -> Real {
         self.sign * self.speed[k]
+    }
+
+    /// Coefficient `k` of everything but the velocity of the belt's surface.
+    pub fn power(&self, k: usize) -> Motion {
+        let linear = |start: Real, rate: Real| match k {
+            0 => start,
+            1 => rate,
+            _ => ZERO,
+        };
+        let dwell = if self.stuck { self.unit } else { 0.0 };
+        Motion {
+            time: linear(self.start.time, real(self.unit)),
+            displacement: self.displacement[k],
+            velocity: self.velocity[k],
+            given_belt_velocity: linear(self.given_belt_velocity[0], self.given_belt_velocity[1]),
+            belt_velocity: ZERO,
+            relative_velocity: self.relative_velocity(k),
+            speed: self.speed[k],
+            normal_force: linear(self.normal_force[0], self.normal_force[1]),
+            travel: self.travel[k],
+            dwell: linear(self.start.dwell, real(dwell)),
+        }
     }
 }
 
@@ -96,6 +124,8 @@ pub struct Hooks {
     pub factor: bool,
     /// [`EffectSeries::static_factor`].
     pub static_factor: bool,
+    /// [`EffectSeries::ripple`].
+    pub ripple: bool,
     /// [`EffectSeries::memory_force`].
     pub memory_force: bool,
     /// [`EffectSeries::add_rates`].
@@ -121,27 +151,39 @@ pub trait EffectSeries {
     fn register_count(&self) -> usize {
         0
     }
-    /// Adds to the modal accelerations in m/s^2, one for each mode; `states` are the coefficients of all states.
+    /// Adds to the modal accelerations in m/s^2, one for each mode; `states` are the coefficients
+    /// of all states, `x` coefficient `k` of the effect's own.
     fn add_modal_acceleration(
         &self,
         _k: usize,
         _m: &MotionSeries,
+        _x: &[Real],
         _states: &[State],
         _registers: &mut [Series],
         _acceleration: &mut [Real],
     ) {
     }
     /// Force on the tip besides friction, in N.
-    fn tip_force(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+    fn tip_force(
+        &self,
+        _k: usize,
+        _m: &MotionSeries,
+        _x: &[Real],
+        _registers: &mut [Series],
+    ) -> Real {
         ZERO
     }
     /// Factor on the coefficient of friction or on the normal force.
-    fn factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+    fn factor(&self, k: usize, _m: &MotionSeries, _x: &[Real], _registers: &mut [Series]) -> Real {
         if k == 0 { real(1.0) } else { ZERO }
     }
     /// Factor on the static limit, from the dwell at the start.
     fn static_factor(&self, k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
         if k == 0 { real(1.0) } else { ZERO }
+    }
+    /// Velocity in m/s imposed on the belt, from time and inputs alone; asked for one power ahead of the others.
+    fn ripple(&self, _k: usize, _m: &MotionSeries, _registers: &mut [Series]) -> Real {
+        ZERO
     }
     /// Friction force in N of a law with memory, given the capacity mu F_N in N and the effect's states.
     fn memory_force(

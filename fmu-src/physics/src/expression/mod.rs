@@ -1,15 +1,20 @@
 //! Formulas that a user writes: compiled once into a short program, then evaluated without allocation.
 //!
 //! Numbers (`0.02`, `1e-3`), named quantities, `pi`, `+ - * / ^` (also `**`), comparisons
-//! (`< <= > >=`, 1 if true, 0 if not), brackets and the functions of [`FUNCTIONS`]. As on paper, `-x^2` is
+//! (`< <= > >=`, 1 if true, 0 if not), brackets and the functions of [`FUNCTIONS`], and `table(x, name)`, the curve of a
+//! table at x. As on paper, `-x^2` is
 //! `-(x^2)` and `2^3^2` is `2^(3^2)`.
 //!
 //! The evaluators on crates.io don't fit: of those with a usable licence, exmex 0.21 reads `-x^2` as
 //! `(-x)^2` and does not know `1e-3`, fasteval and meval are no longer kept; evalexpr is AGPL.
 
 mod parser;
+pub mod series;
+pub mod spline;
 
 use crate::real::{Real, ZERO, value};
+use series::SeriesProgram;
+use spline::Spline;
 use std::fmt;
 
 /// Deepest nesting, and most values waiting on the stack.
@@ -49,10 +54,14 @@ enum Op {
     Multiply,
     Divide,
     Power,
+    /// The curve of the table with this index.
+    Table(usize),
     /// `if(condition, then, else)`: any condition but 0 is true.
     Choose,
-    Unary(fn(Real) -> Real),
-    Binary(fn(Real, Real) -> Real),
+    /// A function of one value, with its name.
+    Unary(&'static str, fn(Real) -> Real),
+    /// A function of two values or a comparison, with its name.
+    Binary(&'static str, fn(Real, Real) -> Real),
 }
 
 /// What is wrong with a formula, and where.
@@ -77,16 +86,16 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Compiles `text`, in which the names `quantities` may occur.
+    /// Compiles `text`, in which the names `quantities` may occur, and `table(x, name)` with the names `tables`.
     ///
     /// # Errors
     /// The first thing that can't be read, with its column.
-    pub fn compile(text: &str, quantities: &[&str]) -> Result<Self, Problem> {
-        parser::parse(text, quantities).map(|program| Self { program })
+    pub fn compile(text: &str, quantities: &[&str], tables: &[&str]) -> Result<Self, Problem> {
+        parser::parse(text, quantities, tables).map(|program| Self { program })
     }
 
-    /// Value for `quantities` in the order in which they were named.
-    pub fn value(&self, quantities: &[Real]) -> Real {
+    /// Value for the quantities in the order in which they were named, first those that vary, then the constants.
+    pub fn value(&self, variable: &[Real], constants: &[Real], tables: &[Spline]) -> Real {
         let mut stack = [ZERO; MAX_DEPTH];
         let mut top = 0;
         for op in &self.program {
@@ -96,11 +105,14 @@ impl Expression {
                     top += 1;
                 }
                 Op::Quantity(index) => {
-                    stack[top] = quantities[index];
+                    stack[top] = match variable.get(index) {
+                        Some(quantity) => *quantity,
+                        None => constants[index - variable.len()],
+                    };
                     top += 1;
                 }
-                Op::Negate => stack[top - 1] = -stack[top - 1],
-                Op::Unary(f) => stack[top - 1] = f(stack[top - 1]),
+                Op::Table(index) => stack[top - 1] = tables[index].value(stack[top - 1]),
+                Op::Negate | Op::Unary(..) => stack[top - 1] = op.unary(stack[top - 1]),
                 Op::Choose => {
                     top -= 2;
                     let chosen = if value(stack[top - 1]) == 0.0 {
@@ -120,6 +132,23 @@ impl Expression {
         stack[0]
     }
 
+    /// The formula on power series, where it has them: the first `variable` quantities vary, the others have the values
+    /// `constants`.
+    pub fn series(
+        &self,
+        variable: usize,
+        constants: &[Real],
+        tables: &[Spline],
+    ) -> Option<SeriesProgram> {
+        SeriesProgram::lower(&self.program, variable, constants, tables)
+    }
+
+    /// Whether the table with this index occurs.
+    pub fn uses_table(&self, index: usize) -> bool {
+        let is_it = |op: &Op| matches!(op, Op::Table(i) if *i == index);
+        self.program.iter().any(is_it)
+    }
+
     /// Whether the quantity with this index occurs.
     pub fn uses(&self, index: usize) -> bool {
         let is_it = |op: &Op| matches!(op, Op::Quantity(i) if *i == index);
@@ -128,6 +157,14 @@ impl Expression {
 }
 
 impl Op {
+    fn unary(self, a: Real) -> Real {
+        match self {
+            Self::Negate => -a,
+            Self::Unary(_, f) => f(a),
+            _ => unreachable!("not an operation on one value"),
+        }
+    }
+
     fn binary(self, a: Real, b: Real) -> Real {
         match self {
             Self::Add => a + b,
@@ -136,7 +173,7 @@ impl Op {
             Self::Divide => a / b,
             Self::Power if b == 2.0 => a * a,
             Self::Power => a.powf(b),
-            Self::Binary(f) => f(a, b),
+            Self::Binary(_, f) => f(a, b),
             _ => unreachable!("not an operation on two values"),
         }
     }
@@ -145,7 +182,7 @@ impl Op {
     fn takes(self) -> usize {
         match self {
             Self::Number(_) | Self::Quantity(_) => 0,
-            Self::Negate | Self::Unary(_) => 1,
+            Self::Negate | Self::Unary(..) | Self::Table(_) => 1,
             Self::Choose => 3,
             _ => 2,
         }
@@ -158,9 +195,9 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn value(text: &str) -> f64 {
-        let formula =
-            Expression::compile(text, &["x", "w_dot"]).unwrap_or_else(|e| panic!("{text}: {e}"));
-        formula.value(&[3.0, -0.5])
+        let formula = Expression::compile(text, &["x", "w_dot"], &[])
+            .unwrap_or_else(|e| panic!("{text}: {e}"));
+        formula.value(&[3.0, -0.5], &[], &[])
     }
 
     #[test]
@@ -210,7 +247,7 @@ mod tests {
             ("x == 3", 3, "operator"),
             ("\u{e4} + x", 1, "unknown name"),
         ] {
-            let problem = Expression::compile(text, &["x", "w_dot"]).unwrap_err();
+            let problem = Expression::compile(text, &["x", "w_dot"], &[]).unwrap_err();
             assert_eq!(problem.column, column, "{text}: {problem}");
             assert!(problem.text.contains(part), "{text}: {problem}");
         }
@@ -220,10 +257,10 @@ mod tests {
     fn nesting_has_a_limit_and_length_has_not() {
         for (open, close) in [("(", ")"), ("sin(", ")"), ("2^", ""), ("1 + (", ")")] {
             let text = open.repeat(100_000) + "x" + &close.repeat(100_000);
-            assert!(Expression::compile(&text, &["x"]).is_err());
+            assert!(Expression::compile(&text, &["x"], &[]).is_err());
         }
         let long = "x + ".repeat(10_000) + &"-".repeat(10_001) + "x";
-        let formula = Expression::compile(&long, &["x"]).unwrap();
-        assert_relative_eq!(formula.value(&[1.0]), 9_999.0);
+        let formula = Expression::compile(&long, &["x"], &[]).unwrap();
+        assert_relative_eq!(formula.value(&[1.0], &[], &[]), 9_999.0);
     }
 }

@@ -4,7 +4,7 @@ use super::{FUNCTIONS, MAX_DEPTH, Op, Problem};
 use crate::real::{Real, ZERO, real, value};
 
 /// -1, 0 or 1; unlike [`f64::signum`], 0 has the sign 0.
-fn sign(x: Real) -> Real {
+pub(super) fn sign(x: Real) -> Real {
     if value(x) == 0.0 { ZERO } else { x.signum() }
 }
 
@@ -15,25 +15,25 @@ fn truth(holds: bool) -> Real {
 
 fn function(name: &str) -> Option<Op> {
     Some(match name {
-        "sin" => Op::Unary(Real::sin),
-        "cos" => Op::Unary(Real::cos),
-        "tan" => Op::Unary(Real::tan),
-        "asin" => Op::Unary(Real::asin),
-        "acos" => Op::Unary(Real::acos),
-        "atan" => Op::Unary(Real::atan),
-        "atan2" => Op::Binary(Real::atan2),
-        "sinh" => Op::Unary(Real::sinh),
-        "cosh" => Op::Unary(Real::cosh),
-        "tanh" => Op::Unary(Real::tanh),
-        "exp" => Op::Unary(Real::exp),
-        "ln" => Op::Unary(Real::ln),
-        "log10" => Op::Unary(Real::log10),
-        "sqrt" => Op::Unary(Real::sqrt),
-        "abs" => Op::Unary(Real::abs),
-        "sign" => Op::Unary(sign),
-        "floor" => Op::Unary(Real::floor),
-        "min" => Op::Binary(Real::min),
-        "max" => Op::Binary(Real::max),
+        "sin" => Op::Unary("sin", Real::sin),
+        "cos" => Op::Unary("cos", Real::cos),
+        "tan" => Op::Unary("tan", Real::tan),
+        "asin" => Op::Unary("asin", Real::asin),
+        "acos" => Op::Unary("acos", Real::acos),
+        "atan" => Op::Unary("atan", Real::atan),
+        "atan2" => Op::Binary("atan2", Real::atan2),
+        "sinh" => Op::Unary("sinh", Real::sinh),
+        "cosh" => Op::Unary("cosh", Real::cosh),
+        "tanh" => Op::Unary("tanh", Real::tanh),
+        "exp" => Op::Unary("exp", Real::exp),
+        "ln" => Op::Unary("ln", Real::ln),
+        "log10" => Op::Unary("log10", Real::log10),
+        "sqrt" => Op::Unary("sqrt", Real::sqrt),
+        "abs" => Op::Unary("abs", Real::abs),
+        "sign" => Op::Unary("sign", sign),
+        "floor" => Op::Unary("floor", Real::floor),
+        "min" => Op::Binary("min", Real::min),
+        "max" => Op::Binary("max", Real::max),
         "if" => Op::Choose,
         _ => return None,
     })
@@ -44,17 +44,19 @@ struct Parser<'a> {
     text: &'a str,
     at: usize,
     quantities: &'a [&'a str],
+    tables: &'a [&'a str],
     program: Vec<Op>,
     waiting: usize,
     depth: usize,
 }
 
 /// Turns a formula into its program.
-pub(super) fn parse(text: &str, quantities: &[&str]) -> Result<Vec<Op>, Problem> {
+pub(super) fn parse(text: &str, quantities: &[&str], tables: &[&str]) -> Result<Vec<Op>, Problem> {
     let mut parser = Parser {
         text,
         at: 0,
         quantities,
+        tables,
         program: Vec::new(),
         waiting: 0,
         depth: 0,
@@ -107,12 +109,15 @@ impl Parser<'_> {
         for symbol in ["<=", ">=", "<", ">"] {
             if self.takes(symbol) {
                 self.sum()?;
-                self.emit(Op::Binary(match symbol {
-                    "<=" => |a, b| truth(a <= b),
-                    ">=" => |a, b| truth(a >= b),
-                    "<" => |a, b| truth(a < b),
-                    _ => |a, b| truth(a > b),
-                }))?;
+                self.emit(Op::Binary(
+                    symbol,
+                    match symbol {
+                        "<=" => |a, b| truth(a <= b),
+                        ">=" => |a, b| truth(a >= b),
+                        "<" => |a, b| truth(a < b),
+                        _ => |a, b| truth(a > b),
+                    },
+                ))?;
                 break;
             }
         }
@@ -242,6 +247,10 @@ impl Parser<'_> {
             self.at += end;
             return self.emit(Op::Number(real(std::f64::consts::PI)));
         }
+        if name == "table" {
+            self.at += end;
+            return self.table();
+        }
         let Some(&(_, count)) = FUNCTIONS.iter().find(|f| f.0 == name) else {
             return Err(self.unknown(name));
         };
@@ -263,6 +272,32 @@ impl Parser<'_> {
         }
         self.close()?;
         self.emit(op)
+    }
+
+    /// The rest of `table(x, name)`.
+    fn table(&mut self) -> Result<(), Problem> {
+        if !self.takes("(") {
+            return Err(self.problem("'(' was expected after 'table'"));
+        }
+        self.comparison()?;
+        if !self.takes(",") {
+            return Err(self.problem("'table' takes a value and the name of a table"));
+        }
+        self.peek();
+        let rest = &self.text[self.at..];
+        let end = rest
+            .find(|c: char| !(c.is_alphanumeric() || c == '_'))
+            .unwrap_or(rest.len());
+        let Some(index) = self.tables.iter().position(|t| *t == &rest[..end]) else {
+            let known = match self.tables {
+                [] => "there is none".to_owned(),
+                tables => format!("known are {}", tables.join(", ")),
+            };
+            return Err(self.problem(format!("unknown table '{}'; {known}", &rest[..end])));
+        };
+        self.at += end;
+        self.close()?;
+        self.emit(Op::Table(index))
     }
 
     fn unknown(&self, name: &str) -> Problem {

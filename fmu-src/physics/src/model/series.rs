@@ -19,8 +19,6 @@ use full::FullSeries;
 pub(super) use users::Users;
 pub use workspace::Workspace;
 
-/// Most registers that all effects have together.
-const MAX_REGISTERS: usize = 16;
 /// Most effects with a factor on the friction force.
 const MAX_FACTORS: usize = 6;
 /// Most effects that are on together.
@@ -29,12 +27,19 @@ const MAX_PARTS: usize = 16;
 const ROUNDING: f64 = 1e-13;
 const NONE: Series = [ZERO; MAX_DEGREE + 1];
 
+/// What the expansion of a model in power series needs.
+pub(super) struct Expandable {
+    /// The friction law.
+    pub(super) law: ExponentialSum,
+    /// Which effects use which hook.
+    pub(super) users: Users,
+    /// Number of registers of all effects.
+    pub(super) registers: usize,
+}
+
 /// The friction law as a sum of exponentials, if all effects have power series too, and which of them use
 /// which hook; gives each effect the place of its registers.
-pub(super) fn exponential_sum(
-    law: &FrictionLaw,
-    effects: &mut [Enabled],
-) -> Option<(ExponentialSum, Users)> {
+pub(super) fn exponential_sum(law: &FrictionLaw, effects: &mut [Enabled]) -> Option<Expandable> {
     let (mut registers, mut factors) = (0, 0);
     for e in effects.iter_mut() {
         let series = e.effect.series()?;
@@ -44,9 +49,13 @@ pub(super) fn exponential_sum(
         registers += count;
         factors += usize::from(hooks.factor || hooks.static_factor);
     }
-    let fits = registers <= MAX_REGISTERS && factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
+    let fits = factors <= MAX_FACTORS && effects.len() <= MAX_PARTS;
     let law = law.exponential_sum().filter(|_| fits)?;
-    Some((law, Users::of(effects)))
+    Some(Expandable {
+        law,
+        users: Users::of(effects),
+        registers,
+    })
 }
 
 /// [`taylor::expand`]; with derivatives for each instruction set, as these are what vectors are made for.

@@ -5,7 +5,7 @@ use crate::contact::ContactMode;
 use crate::error::PhysicsError;
 use crate::integrate::linear::LinearOutput;
 use crate::integrate::series::Series;
-use crate::integrate::{MAX_DEGREE, State, row_of};
+use crate::integrate::{MAX_DEGREE, State};
 use crate::real::{Real, ZERO, polynomial, real};
 
 impl Simulation {
@@ -52,9 +52,22 @@ impl Simulation {
         output.polynomial(&self.segment.coefficients[0])
     }
 
-    /// What the sensor gives as `offset + row x`, in m.
-    pub fn measured_row(&self) -> (State, Real) {
-        let model = &self.model;
-        row_of(model.dimension(), |x| model.measured_displacement(x))
+    /// The same for what the sensor gives, in m.
+    ///
+    /// # Errors
+    /// As [`Simulation::sample`].
+    pub fn sample_measured(
+        &mut self,
+        times: &[f64],
+        out: &mut Vec<Real>,
+    ) -> Result<(), PhysicsError> {
+        if let Some((row, offset)) = self.model.measured_row() {
+            return self.sample(times, &row, offset, out);
+        }
+        for &time in times {
+            self.advance_to(real(time))?;
+            out.push(self.measured_displacement());
+        }
+        Ok(())
     }
 }

@@ -53,8 +53,8 @@ struct OwnEffect {
     effect: UserEffect,
     /// For each parameter, whether it is a strength: the effect is off where all of these are 0.
     is_strength: Vec<bool>,
-    /// Start value in m of the belt's displacement by an added velocity.
-    travel: f64,
+    /// Start values of its states.
+    states: Vec<f64>,
 }
 
 impl OwnEffect {
@@ -67,8 +67,9 @@ impl OwnEffect {
         let item = name
             .strip_prefix(self.effect.id.as_str())?
             .strip_prefix('.')?;
-        if item == "state.travel" {
-            return Some(&mut self.travel);
+        if let Some(state) = item.strip_prefix("state.") {
+            let place = self.effect.state_names().position(|name| name == state)?;
+            return self.states.get_mut(place);
         }
         let mut parameters = self.effect.parameters.iter_mut();
         parameters.find(|p| p.name == item).map(|p| &mut p.value)
@@ -195,9 +196,9 @@ impl Values {
     /// its 0 means off.
     pub fn offer(&mut self, effect: UserEffect, is_strength: Vec<bool>) {
         self.own.push(OwnEffect {
+            states: vec![0.0; effect.nominals().len()],
             effect,
             is_strength,
-            travel: 0.0,
         });
     }
 
@@ -308,8 +309,8 @@ impl Values {
             before += entry.states.len();
         }
         for own in &self.own {
-            if let Some((first, 1)) = model.user_states(&own.effect.id) {
-                state[first] = own.travel;
+            if let Some((first, count)) = model.user_states(&own.effect.id) {
+                state[first..first + count].copy_from_slice(&own.states);
             }
         }
         Start {

@@ -5,7 +5,7 @@ use super::workspace::Workspace;
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
 use crate::effects::series::{EffectSeries, Series, keeps_sign, product};
-use crate::effects::{BeltGive, ContactForce, Motion};
+use crate::effects::{BeltGive, ContactForce};
 use crate::friction::series::{CoefficientSeries, ExponentialSum};
 use crate::integrate::series::RECIPROCAL;
 use crate::integrate::taylor::SeriesSystem;
@@ -52,6 +52,9 @@ impl<'a> FullSeries<'a> {
         room.motion.sign = sign;
         let [belt_velocity, normal_force] = model.given(t, unit);
         room.motion.normal_force = normal_force;
+        room.motion.given_belt_velocity = belt_velocity;
+        room.motion.stuck = mode == ContactMode::Stuck;
+        room.keep(model.registers);
         let mut series = [None; MAX_PARTS];
         for (series, enabled) in series.iter_mut().zip(model.effects.iter()) {
             *series = enabled.effect.series();
@@ -105,6 +108,16 @@ impl<'a> FullSeries<'a> {
         }
         let give = model.belt_give(x);
         speed -= self.room.motion.sign * give.velocity;
+        if !model.users.ripple.is_empty() {
+            if k == 0 {
+                self.next_ripple(0);
+            }
+            speed -= self.room.motion.sign * self.room.ripple[k];
+            // Stick must follow its rate.
+            if k < MAX_DEGREE {
+                self.next_ripple(k + 1);
+            }
+        }
         let (displacement, velocity) = model.tip(x);
         let m = &mut self.room.motion;
         let distance = self.distance.get(k).unwrap_or(&ZERO);
@@ -113,6 +126,17 @@ impl<'a> FullSeries<'a> {
         m.speed[k] = speed;
         m.travel[k] = distance + give.displacement - displacement;
         give
+    }
+
+    /// Coefficient `k` of the velocity that effects impose on the belt.
+    fn next_ripple(&mut self, k: usize) {
+        let mut sum = ZERO;
+        for i in self.model.users.ripple.iter() {
+            let (e, series) = self.part(i);
+            let registers = &mut self.room.registers[e.first_register..];
+            sum += series.ripple(k, &self.room.motion, registers);
+        }
+        self.room.ripple[k] = sum;
     }
 
     /// Works out everything of power `k` from the states. Returns what drives the modes by [`Self::drive`],
@@ -131,13 +155,14 @@ impl<'a> FullSeries<'a> {
         for i in model.users.tip_force.iter() {
             let (e, series) = self.part(i);
             let registers = &mut self.room.registers[e.first_register..];
-            tip_force += series.tip_force(k, &self.room.motion, registers);
+            tip_force += series.tip_force(k, &self.room.motion, model.states(e, x), registers);
         }
         for i in model.users.modal_acceleration.iter() {
             let (e, series) = self.part(i);
             let registers = &mut self.room.registers[e.first_register..];
             let (m, modes) = (&self.room.motion, &mut acceleration[..model.mode_count]);
-            series.add_modal_acceleration(k, m, states, registers, modes);
+            let own = model.states(e, x);
+            series.add_modal_acceleration(k, m, own, states, registers, modes);
         }
         for j in 0..model.mode_count {
             acceleration[j] += model.gain[j] * tip_force
@@ -146,11 +171,14 @@ impl<'a> FullSeries<'a> {
         }
         let capacity = self.next_capacity(k, x);
         let (drive, force) = if self.mode == ContactMode::Stuck {
-            let imposed = if k == 0 {
+            let mut imposed = if k == 0 {
                 model.inputs.belt_acceleration
             } else {
                 ZERO
             };
+            if !model.users.ripple.is_empty() && k < MAX_DEGREE {
+                imposed += self.room.ripple[k + 1] * ((k + 1) as f64 / self.room.motion.unit);
+            }
             let mut free = ZERO;
             for j in 0..model.mode_count {
                 free += model.tip_value[j] * acceleration[j];
@@ -214,7 +242,7 @@ impl<'a> FullSeries<'a> {
             let room = &mut *self.room;
             let registers = &mut room.registers[e.first_register..];
             room.factors[count][k] = if e.hooks.factor {
-                series.factor(k, &room.motion, registers)
+                series.factor(k, &room.motion, model.states(e, x), registers)
             } else {
                 series.static_factor(k, &room.motion, registers)
             };
@@ -291,13 +319,7 @@ impl FullSeries<'_> {
     /// Coefficients of power `k + 1` of the effects' states.
     fn add_rates(&mut self, k: usize, x: &State, next: &mut State, step: f64) {
         let m = &self.room.motion;
-        let motion = Motion {
-            displacement: m.displacement[k],
-            velocity: m.velocity[k],
-            relative_velocity: m.relative_velocity(k),
-            speed: m.speed[k],
-            ..Motion::default()
-        };
+        let motion = m.power(k);
         let contact = ContactForce {
             force: self.room.force[k],
             capacity: self.capacity()[k],
@@ -305,7 +327,7 @@ impl FullSeries<'_> {
         };
         for i in self.model.users.rates.iter() {
             let (e, series) = self.part(i);
-            let range = e.first_state..e.first_state + e.states.len();
+            let range = e.first_state..e.first_state + e.nominals.len();
             let registers = &mut self.room.registers[e.first_register..];
             let rates = &mut next[range.clone()];
             rates.fill(ZERO);

@@ -47,6 +47,7 @@ pub(in crate::model) struct Users {
     pub(super) any_factor: Places,
     pub(super) memory_force: Places,
     pub(super) rates: Places,
+    pub(super) ripple: Places,
 }
 
 impl Users {
@@ -60,6 +61,7 @@ impl Users {
             any_factor: of(|h| h.factor || h.static_factor),
             memory_force: of(|h| h.memory_force),
             rates: of(|h| h.rates),
+            ripple: of(|h| h.ripple),
         }
     }
 }
