@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use stickslip::command::{pack, repaired_model};
 use stickslip::diagnose::model::effect_card::{Role, candidates};
+use stickslip::diagnose::model::library;
 use stickslip::fmu::{Directions, Fmu, Instance};
 
 /// Target, formula, name, unit and value of its one parameter.
@@ -73,8 +74,17 @@ fn started(fmu: &Fmu, settings: &[(&str, f64)]) -> Instance {
 
 /// Displacement of the tip in m at the end of each step.
 fn motion(fmu: &Fmu, settings: &[(&str, f64)]) -> Vec<f64> {
+    outputs(fmu, settings, "tip_displacement")
+}
+
+/// The same as the sensor gives it.
+fn measured(fmu: &Fmu, settings: &[(&str, f64)]) -> Vec<f64> {
+    outputs(fmu, settings, "measured_displacement")
+}
+
+fn outputs(fmu: &Fmu, settings: &[(&str, f64)], name: &str) -> Vec<f64> {
     let mut instance = started(fmu, settings);
-    let displacement = fmu.real_references(&["tip_displacement"]).unwrap();
+    let displacement = fmu.real_references(&[name]).unwrap();
     (0..STEPS)
         .map(|i| {
             instance.do_step(f64::from(i) * STEP, STEP).unwrap();
@@ -416,13 +426,107 @@ fn val_what_repeats_is_found_whatever_its_phase_is_called_and_far_from_what_is_t
     );
 }
 
+/// Effects on the other targets, with states and a table; `k` switches each on, with its typical value behind.
+const WITH_MEMORY: [(&str, f64); 4] = [
+    (
+        "target = 'friction_factor'\nexpression = '1 - k*heat'\n\
+         [[state]]\nname = 'heat'\nunit = 'J'\nnominal = 0.01\nrate = 'abs(F*v_r) - heat/0.02'\non_break_away = '0.9*heat'\n",
+        0.5,
+    ),
+    ("target = 'measurement'\nexpression = 'w + k*w^2'\n", 60.0),
+    (
+        "target = 'frequency_factor'\nmode = 1\nexpression = '1 - k*x'\n\
+         [[state]]\nname = 'x'\nunit = '1'\nnominal = 1\nrate = '(1 - x)/0.05'\n",
+        0.02,
+    ),
+    (
+        "target = 'damping_factor'\nexpression = '1 + k*(table(w, g))^2'\n\
+         [[table]]\nname = 'g'\nunit = '1'\nat = [-1e-3, 0.1e-3, 2e-3]\nmin = 0\nmax = 9\ntypical = 3\nrole = 'shape'\n",
+        5.0,
+    ),
+];
+
+fn file_with_memory((text, strength): (&str, f64)) -> String {
+    format!(
+        "id = 'mine'\ntitle = 'Mine'\n{text}\n[[parameter]]\nname = 'k'\nunit = '1'\n\
+         min = 0\nmax = {:?}\ntypical = {strength:?}\n",
+        10.0 * strength
+    )
+}
+
+#[test]
+fn an_effect_with_memory_is_off_as_absent_and_its_state_is_a_variable() {
+    let (folder, plain) = (folder(), folder());
+    let nothing = motion(&packed(plain.path(), &[]), &[]);
+    for case in WITH_MEMORY {
+        let fmu = packed(folder.path(), &[file_with_memory(case)]);
+        assert!(motion(&fmu, &[]) == nothing, "{case:?}");
+    }
+    let fmu = packed(folder.path(), &[file_with_memory(WITH_MEMORY[2])]);
+    let mut instance = started(&fmu, &[("mine.k", 0.02)]);
+    let state = fmu.real_references(&["mine.state.x"]).unwrap();
+    let mut read = |instance: &mut Instance| {
+        let mut x = [0.0];
+        instance.get_real(&state, &mut x).unwrap();
+        x[0]
+    };
+    instance.do_step(0.0, 0.03).unwrap();
+    let expected = 1.0 - (-0.03_f64 / 0.05).exp();
+    assert!((read(&mut instance) - expected).abs() < 1e-9);
+    // A saved state holds it.
+    let saved = instance.save_state().unwrap();
+    let bytes = instance.serialize_state(&saved).unwrap();
+    instance.do_step(0.03, 0.02).unwrap();
+    let later = read(&mut instance);
+    let mut again = started(&fmu, &[("mine.k", 0.02)]);
+    let restored = again.deserialize_state(&bytes).unwrap();
+    again.restore_state(&restored).unwrap();
+    again.do_step(0.03, 0.02).unwrap();
+    assert!(read(&mut again).to_bits() == later.to_bits());
+}
+
+#[test]
+fn every_effect_of_the_library_is_off_as_absent_and_moves_the_tip_where_it_is_on() {
+    let folder = folder();
+    let texts = library::FILES.map(str::to_owned);
+    let fmu = packed(folder.path(), &texts);
+    let empty = tempfile::tempdir().unwrap();
+    let nothing = measured(&packed(empty.path(), &[]), &[]);
+    assert!(measured(&fmu, &[]) == nothing);
+    let all = candidates(&fmu).unwrap();
+    let of_library = all.iter().filter(|c| library::is_library_effect(&c.id));
+    let mut count = 0;
+    for card in of_library {
+        let names: Vec<(String, f64)> = card
+            .parameters
+            .iter()
+            .map(|p| (format!("{}.{}", card.id, p.name), p.typical))
+            .collect();
+        let on: Vec<(&str, f64)> = names.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+        let moved = measured(&fmu, &on);
+        let change = moved
+            .iter()
+            .zip(&nothing)
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        // Visible beside the noise of a good sensor, and still a motion of this beam.
+        assert!(change > 2e-7, "{}: {change} m", card.id);
+        assert!(moved.iter().all(|w| w.abs() < 5e-3), "{}", card.id);
+        for text in [&card.source, &card.signature, &card.confounders] {
+            assert!(!text.is_empty(), "{} tells too little of itself", card.id);
+        }
+        count += 1;
+    }
+    assert_eq!(count, library::FILES.len());
+}
+
 #[test]
 fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
     // Source: central differences of motions by fmi2DoStep.
-    for case in CASES {
+    let simple = CASES.map(|case| (file_of("mine", case), case.3));
+    let with_memory = WITH_MEMORY.map(|case| (file_with_memory(case), case.1));
+    for (file, strength) in simple.into_iter().chain(with_memory) {
         let folder = folder();
-        let fmu = packed(folder.path(), &[file_of("mine", case)]);
-        let strength = case.3;
+        let fmu = packed(folder.path(), std::slice::from_ref(&file));
         let names = [
             "belt_velocity",
             "normal_force",
@@ -439,11 +543,11 @@ fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
         let (mut motion_with, mut slopes) = (vec![0.0; times.len()], vec![0.0; 2 * times.len()]);
         let mut tangents = fmu.tangents().expect("our FMU offers them");
         assert!(tangents.set((&[], &[]), (&references, &values)));
-        let output = fmu.real_references(&["tip_displacement"]).unwrap()[0];
+        let output = fmu.real_references(&["measured_displacement"]).unwrap()[0];
         assert!(tangents.evaluate(&times, output, &directions, &mut motion_with, &mut slopes));
         let at = |name: &str, value: f64| {
             let settings = [("mine.k", strength), ("tolerance", 1e-12), (name, value)];
-            motion(&fmu, &settings)
+            measured(&fmu, &settings)
         };
         for (i, (name, value)) in [("q[1]", 8.3e-4), ("mine.k", strength)]
             .into_iter()
@@ -458,12 +562,12 @@ fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
                 .map(|(a, b)| (b - a) / (2.0 * step))
                 .collect();
             let largest = truth.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
-            assert!(largest > 0.0, "{case:?}, {name}: nothing to compare");
+            assert!(largest > 0.0, "{file}, {name}: nothing to compare");
             for (k, t) in truth.iter().enumerate() {
                 let slope = slopes[i * times.len() + k + 1];
                 assert!(
                     (slope - t).abs() < 1e-3 * largest,
-                    "{case:?}, by {name} at {} s: {slope} against {t}",
+                    "{file}, by {name} at {} s: {slope} against {t}",
                     times[k + 1]
                 );
             }

@@ -1,6 +1,6 @@
 //! The variables of one FMU: the fixed table, then the parameters of the users' effects in it.
 
-use crate::table::{rate, variables};
+use crate::table::{rate_in, variables};
 use crate::user_effect::{UserCard, UserEffectError};
 use crate::variable::{Kind, Quantity, Variable};
 use crate::{Causality, Initial, Variability};
@@ -18,7 +18,7 @@ const USER_BLOCK: u32 = 100;
 const USER_STATE: u32 = 60;
 const USER_RATE: u32 = 80;
 /// Most users' effects in one FMU.
-pub const MAX_USER_EFFECTS: usize = 16;
+pub const MAX_USER_EFFECTS: usize = 80;
 
 /// The variables of one FMU, with lookup by value reference and by name.
 ///
@@ -110,7 +110,8 @@ impl Layout {
                     nominal: Some(nominal),
                     description: format!("{}: {description}", effect.title),
                 };
-                let of = rate(first + USER_RATE + i as u32, &state);
+                let unit = unit_named(&per_second(unit));
+                let of = rate_in(unit, first + USER_RATE + i as u32, &state);
                 all.extend([state, of]);
             }
         }
@@ -167,6 +168,18 @@ impl Layout {
     /// Index of the variable with a name.
     pub fn index_of_name(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
+    }
+}
+
+/// Symbol of the unit of rates of what has the unit `symbol`.
+fn per_second(symbol: &str) -> String {
+    match symbol {
+        "1" => "1/s".to_owned(),
+        "s" => "1".to_owned(),
+        "m/s" => "m/s2".to_owned(),
+        "J" => "W".to_owned(),
+        simple if !simple.contains('/') => format!("{simple}/s"),
+        composed => format!("{composed}.s-1"),
     }
 }
 

@@ -72,6 +72,11 @@ pub(crate) fn rate(reference: u32, state: &Variable) -> Variable {
     let Kind::Real(unit) = state.kind else {
         unreachable!("states are Real")
     };
+    rate_in(unit.per_second(), reference, state)
+}
+
+/// The same in this unit.
+pub(crate) fn rate_in(unit: Unit, reference: u32, state: &Variable) -> Variable {
     Variable {
         causality: Causality::Local,
         nominal: None,
@@ -79,7 +84,7 @@ pub(crate) fn rate(reference: u32, state: &Variable) -> Variable {
             reference,
             &format!("der({})", state.name),
             Quantity::Rate(state.reference),
-            Kind::Real(unit.per_second()),
+            Kind::Real(unit),
             Variability::Continuous,
             &format!("Rate of {}", state.name),
         )

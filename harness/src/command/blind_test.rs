@@ -8,9 +8,8 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::diagnose::diagnose;
+use super::diagnose::{Search, diagnose};
 use super::progress::Progress;
-use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
@@ -90,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         make_folder(&folder)?;
         let start = Instant::now();
         let campaign = Campaign::load(&arguments.folder.join(&name))?;
-        let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &folder, &progress)?;
+        let diagnosis = diagnose(&fmu, &campaign, &Search::default(), &folder, &progress)?;
         let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
         let case = score(
             &name,

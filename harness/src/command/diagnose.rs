@@ -9,8 +9,10 @@ use super::progress::Progress;
 use super::{diagnose_page, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::model::finished_work::FinishedWork;
+use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::unknown_functions;
 use crate::diagnose::result::assemble::conclude;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::{Step, climb};
@@ -40,6 +42,9 @@ pub struct Arguments {
     /// Which runs are kept out of every fit, to be forecast
     #[arg(long, value_enum, default_value_t)]
     hold_out: HoldOut,
+    /// Folder of effects of your own (TOML, as for pack --effect) that take part
+    #[arg(long, value_name = "DIR")]
+    library: Option<PathBuf>,
     /// Campaigns without the effect to simulate and search in full, for the chance that the gain is chance; each takes about
     /// as long as the search itself
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -71,7 +76,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let diagnosis = diagnose(
         &fmu,
         &campaign,
-        (arguments.null, arguments.hold_out),
+        &Search {
+            null: arguments.null,
+            hold_out: arguments.hold_out,
+            library: match &arguments.library {
+                Some(folder) => pack::own_effects::of_folder(folder)?,
+                None => Vec::new(),
+            },
+        },
         &arguments.output,
         &progress,
     )?;
@@ -94,23 +106,52 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-/// Diagnoses a campaign and writes everything into `output`; with `null` simulated campaigns for each step.
+/// How a diagnosis searches.
+#[derive(Debug, Default)]
+pub struct Search {
+    /// Campaigns without the effect that are simulated and searched for each step.
+    pub null: usize,
+    /// Which runs are kept out.
+    pub hold_out: HoldOut,
+    /// Files of the user's effects that take part.
+    pub library: Vec<String>,
+}
+
+/// Diagnoses a campaign and writes everything into `output`.
 pub fn diagnose(
     fmu: &Fmu,
     campaign: &Campaign,
-    (null, hold_out): (usize, HoldOut),
+    search: &Search,
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let widened = pack::widened::with_effects(fmu, &library::FILES)?;
+    let lowest = structure(fmu, &campaign.beam)?
+        .modes()
+        .iter()
+        .map(|m| m.frequency_hz)
+        .fold(f64::INFINITY, f64::min);
+    let unknown = unknown_functions(campaign, lowest);
+    let hold_out = search.hold_out;
+    let files: Vec<&str> = search
+        .library
+        .iter()
+        .map(String::as_str)
+        .chain(library::FILES)
+        .chain(unknown.iter().map(|f| f.file.as_str()))
+        .collect();
+    let widened = pack::widened::with_effects(fmu, &files)?;
     watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
+    problem.unknown_functions = unknown;
     let inputs = Provenance::of_campaign(campaign, fmu.path())?;
-    let inputs = format!("{} {} {hold_out:?}", inputs.version, inputs.inputs_sha256);
+    let inputs = format!(
+        "{} {} {hold_out:?} {:?}",
+        inputs.version, inputs.inputs_sha256, search.library
+    );
     problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
     let mut selection = select(&problem, watch)?;
-    if null > 0 {
-        calibrate_threshold(&problem, &mut selection, null, watch)?;
+    if search.null > 0 {
+        calibrate_threshold(&problem, &mut selection, search.null, watch)?;
     }
     if selection.explained {
         problem.trust_sensor();
@@ -148,6 +189,9 @@ pub fn report(
     let written = written.expect("the calibrated model is a step");
     repaired_model::write(fmu, &diagnosis, &run_sets(problem, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
+    if let Some(unknown) = &diagnosis.unknown {
+        write_file(&output.join("unknown.toml"), unknown.file.as_bytes())?;
+    }
     watch.stage(stages::REPORT);
     let command = format!(
         "stickslip {command} {} -o {}",

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::pack::widened::with_effects;
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role, candidates};
+use crate::diagnose::model::library;
 use crate::error::Error;
 use crate::output::{print, print_line};
 use crate::report::number;
@@ -20,6 +22,9 @@ pub struct Arguments {
     /// FMU to ask [default: this repository's StickSlipBeam, packed on the spot]
     #[arg(long, value_name = "FILE")]
     fmu: Option<PathBuf>,
+    /// List the effects beyond the catalogue that a diagnosis tries where none of the catalogue explains the data
+    #[arg(long)]
+    library: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -28,7 +33,15 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let catalogue = candidates(&fmu)?;
+    let mut catalogue = candidates(&fmu)?;
+    let is_elsewhere = |id: &String| !catalogue.iter().any(|c| c.id == *id);
+    let of_library = arguments.library || arguments.id.as_ref().is_some_and(is_elsewhere);
+    if let (true, Some(widened)) = (of_library, with_effects(&fmu, &library::FILES)?) {
+        catalogue = candidates(&widened)?;
+        if arguments.library {
+            catalogue.retain(|c| library::is_library_effect(&c.id));
+        }
+    }
     let chosen = match &arguments.id {
         Some(id) => vec![&catalogue[find(&catalogue, id, fmu.path())?]],
         None => catalogue.iter().collect(),
@@ -46,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     } else if arguments.id.is_some() {
         print(&card(chosen[0]))
     } else {
-        print(&list(&chosen))
+        print(&list(&chosen, arguments.library))
     }
 }
 
@@ -65,7 +78,7 @@ pub fn find(catalogue: &[EffectCard], id: &str, fmu: &std::path::Path) -> Result
         })
 }
 
-fn list(catalogue: &[&EffectCard]) -> String {
+fn list(catalogue: &[&EffectCard], of_library: bool) -> String {
     if catalogue.is_empty() {
         return "This FMU declares no effects; its annotation 'StickSlip' would list them.\n"
             .into();
@@ -77,8 +90,12 @@ fn list(catalogue: &[&EffectCard]) -> String {
     }
     let _ = writeln!(
         out,
-        "\n{} effects, all off by default. `stickslip effects ID` explains one.",
-        catalogue.len()
+        "\n{} effects, {}. `stickslip effects ID` explains one.",
+        catalogue.len(),
+        match of_library {
+            true => "tried where none of the catalogue explains the data",
+            false => "all off by default",
+        }
     );
     out
 }

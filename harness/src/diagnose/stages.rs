@@ -16,6 +16,8 @@ pub const CLOSE: Stage = stage("effects close to the best", 0.75);
 pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
 /// Two effects together.
 pub const PAIRS: Stage = stage("pairs of effects", 0.9);
+/// Curves of one quantity where the catalogue has no answer.
+pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
 /// The best on all segments and samples.
 pub const ALL_DATA: Stage = stage("the best on all data", 0.94);
 /// Forecasts of the runs kept out.

@@ -73,6 +73,14 @@ struct RawState {
     on_break_away: Option<RawFormula>,
 }
 
+/// One typical value for all nodes, or one for each.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum RawTypical {
+    All(f64),
+    Each(Vec<f64>),
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTable {
@@ -82,7 +90,7 @@ struct RawTable {
     at: Spanned<Vec<f64>>,
     min: Spanned<f64>,
     max: Spanned<f64>,
-    typical: Spanned<f64>,
+    typical: Spanned<RawTypical>,
     role: Option<Spanned<String>>,
 }
 
@@ -300,6 +308,18 @@ impl File<'_> {
                 known: "2 places or more, each behind the one before".into(),
             });
         }
+        let typical: Vec<f64> = match raw.typical.as_ref() {
+            RawTypical::All(value) => vec![*value; at.len()],
+            RawTypical::Each(values) if values.len() == at.len() => values.clone(),
+            RawTypical::Each(values) => {
+                return Err(UserEffectError::Choice {
+                    line: self.line(&raw.typical),
+                    key: "typical",
+                    found: format!("{values:?}"),
+                    known: format!("one number, or {} as at has", at.len()),
+                });
+            }
+        };
         let mut nodes = Vec::new();
         for (i, place) in at.iter().enumerate() {
             let mut node = self.parameter(RawParameter {
@@ -308,7 +328,7 @@ impl File<'_> {
                 description: raw.description.clone(),
                 min: raw.min.clone(),
                 max: raw.max.clone(),
-                typical: raw.typical.clone(),
+                typical: Spanned::new(raw.typical.span(), typical[i]),
                 role: raw.role.clone(),
             })?;
             let of = match raw.description.is_some() {

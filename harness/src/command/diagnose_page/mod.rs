@@ -10,6 +10,7 @@ mod parameters;
 mod residual_map;
 mod samples;
 mod statistics;
+mod unknown;
 mod verdict;
 mod views;
 
@@ -75,6 +76,7 @@ pub fn html(
     let page = ladder::section(page, &material);
     let page = overlay::section(page, &material);
     let page = evidence::section(page, &material);
+    let page = unknown::section(page, &material);
     let page = residual_map::section(page, &material);
     let page = force_map::section(page, &material);
     let page = break_aways::section(page, &material);

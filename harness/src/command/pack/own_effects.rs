@@ -1,6 +1,6 @@
 //! Effects that the user wrote, one TOML file each.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use beam_model_description::{EFFECTS_FOLDER, Layout, UserCard, UserEffectError};
 
@@ -31,6 +31,21 @@ pub fn layout(paths: &[PathBuf]) -> Result<&'static Layout, Error> {
         layout = Layout::with(cards.clone()).map_err(at)?;
     }
     Ok(layout)
+}
+
+/// The texts of all effects (`*.toml`) in a folder, sorted by name.
+///
+/// # Errors
+/// A folder or file that can't be read, one that can't be used, two effects with one id.
+pub fn of_folder(folder: &Path) -> Result<Vec<String>, Error> {
+    let entries = std::fs::read_dir(folder).map_err(Error::read(folder))?;
+    let mut paths: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    paths.sort();
+    let layout = layout(&paths)?;
+    Ok(layout.effects().iter().map(|e| e.text.clone()).collect())
 }
 
 /// The files of the users' effects among the resources.

@@ -14,6 +14,7 @@ use crate::diagnose::model::effect_card::Role;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::latent_name;
 use crate::diagnose::thresholds::FLOOR_MEDIAN;
 use crate::error::Error;
 
@@ -45,6 +46,9 @@ fn switched_off(
                 // Quite off it has no derivatives.
                 point.shared[i] = h.shared[i].clamp(NEARLY_OFF * p.typical);
             }
+        }
+        if let Some(i) = h.shared_index(&latent_name(&effect.id, 0)) {
+            point.shared[i] = NEARLY_OFF;
         }
     }
     point

@@ -20,10 +20,13 @@ use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
+use crate::diagnose::model::observations::Observations;
+use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::periodic::Line;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 
@@ -94,6 +97,15 @@ pub(crate) fn promise(
             strength: None,
         }));
     }
+    if is_unknown_function(&card.id) {
+        return Ok(promise_of_curve(
+            &h,
+            card,
+            &mut predictor,
+            &data,
+            &from_base,
+        ));
+    }
     let index = |i: usize| h.shared_index(&format!("{}.{}", card.id, card.parameters[i].name));
     let Some(strength) = strength(card) else {
         return Ok(None);
@@ -101,18 +113,10 @@ pub(crate) fn promise(
     let Some(c) = index(strength) else {
         return Ok(None);
     };
-    let is_other_shape = |i: usize| i != strength && card.parameters[i].role == Role::Shape;
-    let shapes: Vec<usize> = (0..card.parameters.len())
-        .filter(|&i| is_other_shape(i))
-        .collect();
-    let options = FitOptions {
-        robust: false,
-        stride: 1,
-        ..FitOptions::search(1)
-    };
-    let mut best: Option<Promise> = None;
-    for factor in SHAPES {
-        let mut point = from_base.clone();
+    let is_other_shape = |i: &usize| *i != strength && card.parameters[*i].role == Role::Shape;
+    let shapes: Vec<usize> = (0..card.parameters.len()).filter(is_other_shape).collect();
+    let barely_on = |base: &FittedHypothesis, segments: &[Segment], factor: f64| {
+        let mut point = widen(base, &h, &Point::centre(&h, segments));
         let typical = card.parameters[strength].typical;
         point.shared[c] = h.shared[c].clamp(h.shared[c].position(BARELY_ON * typical));
         for &i in &shapes {
@@ -121,34 +125,121 @@ pub(crate) fn promise(
                 point.shared[j] = h.shared[j].clamp(h.shared[j].position(value));
             }
         }
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, options);
+        point
+    };
+    let parameter = &h.shared[c];
+    let p = &card.parameters[strength];
+    let mut test = |of: At, factor: f64| {
+        let point = barely_on(of.base, of.segments, factor);
+        let data = problem.data(of.segments);
+        let mut fitter = Fitter::new(&mut predictor, &h, &data, one_step());
         let (mut matrix, mut gradient) = fitter.reduced_at(point.clone());
-        let (parameter, u) = (&h.shared[c], point.shared[c]);
+        let u = point.shared[c];
         // What is believed of it beforehand counts in the price alone.
         let precision = parameter.prior_std.powi(-2);
         matrix[(c, c)] -= precision;
         gradient[c] += precision * (u - parameter.position(parameter.prior));
-        let p = &card.parameters[strength];
         let std = (p.max - p.min) / 12.0_f64.sqrt() / parameter.slope(u);
-        let Some(found) = gain(&matrix, &gradient, c, std, p.min >= 0.0) else {
-            continue;
-        };
-        if best.as_ref().is_none_or(|b| found.gain > b.gain) {
+        let found = gain(&matrix, &gradient, c, std, p.min >= 0.0)?;
+        Some(Promise {
+            gain: found.gain,
+            fall: found.gain + found.occam,
+            start: point,
+            strength: Some(Strength {
+                std: found.std * parameter.slope(u).abs(),
+                occam: found.occam,
+            }),
+        })
+    };
+    if shapes.is_empty() {
+        return Ok(test(at, 1.0));
+    }
+    let mut best: Option<(f64, Promise)> = None;
+    for factor in SHAPES {
+        if let Some(found) = test(screen, factor)
+            && best.as_ref().is_none_or(|(_, b)| found.gain > b.gain)
+        {
+            best = Some((factor, found));
+        }
+    }
+    // The shape that promises most on the screen is tested on all.
+    let is_all = std::ptr::eq(screen.base, at.base);
+    Ok(match best {
+        Some((factor, _)) if !is_all => test(at, factor),
+        best => best.map(|(_, found)| found),
+    })
+}
+
+/// Options of the one step that a score test is.
+fn one_step() -> FitOptions {
+    FitOptions {
+        robust: false,
+        stride: 1,
+        ..FitOptions::search(1)
+    }
+}
+
+/// The same for the curve of an unknown function, over its time constants: all its values together.
+fn promise_of_curve(
+    h: &Hypothesis,
+    card: &EffectCard,
+    predictor: &mut Predictor,
+    data: &Observations,
+    from_base: &Point,
+) -> Option<Promise> {
+    let of_kind = |kind: Kind| {
+        let all = h.shared.iter().enumerate();
+        all.filter(move |(_, p)| p.kind == kind && p.name.starts_with(&card.id))
+            .map(|(i, _)| i)
+    };
+    let curve: Vec<usize> = of_kind(Kind::Latent).collect();
+    let shapes: Vec<usize> = of_kind(Kind::Shape).collect();
+    let mut best: Option<Promise> = None;
+    for factor in SHAPES {
+        let mut point = from_base.clone();
+        point.shared[*curve.first()?] = BARELY_ON;
+        for &i in &shapes {
+            let parameter = &h.shared[i];
+            point.shared[i] = parameter.clamp(parameter.position(factor * parameter.prior));
+        }
+        let mut fitter = Fitter::new(predictor, h, data, one_step());
+        let (matrix, gradient) = fitter.reduced_at(point.clone());
+        if let Some((gain, fall)) = gain_of_curve(matrix, gradient, &curve)
+            && best.as_ref().is_none_or(|b| gain > b.gain)
+        {
             best = Some(Promise {
-                gain: found.gain,
-                fall: found.gain + found.occam,
+                gain,
+                fall,
                 start: point,
-                strength: Some(Strength {
-                    std: found.std * parameter.slope(u).abs(),
-                    occam: found.occam,
-                }),
+                strength: None,
             });
         }
         if shapes.is_empty() {
             break;
         }
     }
-    Ok(best)
+    best
+}
+
+/// Expected gain in evidence and fall of the objective by constants `curve` with standard normal beliefs, which `matrix` and
+/// `gradient` hold already: `1/2 g' (H + 1)^-1 g - 1/2 ln det(H + 1)`, all others projected out.
+fn gain_of_curve(
+    matrix: DMatrix<f64>,
+    gradient: DVector<f64>,
+    curve: &[usize],
+) -> Option<(f64, f64)> {
+    let others: Vec<usize> = (0..matrix.nrows()).filter(|i| !curve.contains(i)).collect();
+    let inner = matrix.select_rows(&others).select_columns(&others);
+    let across = matrix.select_rows(&others).select_columns(curve);
+    let own = matrix.select_rows(curve).select_columns(curve);
+    let factor = inner.cholesky()?;
+    let information = own - across.tr_mul(&factor.solve(&across));
+    let score =
+        gradient.select_rows(curve) - across.tr_mul(&factor.solve(&gradient.select_rows(&others)));
+    let factor = information.cholesky()?;
+    let fall = 0.5 * score.dot(&factor.solve(&score));
+    let occam: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+    Some((fall - occam, fall))
 }
 
 /// The line of an effect that repeats which gains most on the segments tested, of the strongest ones of the screen.

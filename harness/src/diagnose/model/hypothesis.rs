@@ -6,6 +6,7 @@ use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
+use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Campaign, Run};
@@ -297,7 +298,8 @@ impl Hypothesis {
                 fixed.push((effect.parameters[index].reference, value));
             }
             for (index, p) in effect.parameters.iter().enumerate() {
-                if choice.settings.iter().any(|s| s.0 == index) {
+                let is_curve = is_unknown_function(&effect.id) && is_node(&p.name);
+                if is_curve || choice.settings.iter().any(|s| s.0 == index) {
                     continue;
                 }
                 let scale = if p.role == Role::Shape && p.min > 0.0 {
@@ -358,6 +360,9 @@ impl Hypothesis {
                     Role::Setting => fixed.push((p.reference, p.start)),
                     Role::Amplitude | Role::Shape => shared.push(parameter),
                 }
+            }
+            if is_unknown_function(&effect.id) {
+                shared.extend(latent(effect));
             }
             add_profile(effect, tracks, &mut per_run)?;
         }

@@ -7,17 +7,36 @@
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 10] = [
-    include_str!("library/quadratic_stiffness.toml"),
-    include_str!("library/stop.toml"),
+pub const FILES: [&str; 29] = [
+    include_str!("library/asymmetric_damping.toml"),
+    include_str!("library/asymmetric_stiffness.toml"),
+    include_str!("library/clamp_clearance.toml"),
+    include_str!("library/contact_resonance.toml"),
+    include_str!("library/coupled_mode.toml"),
     include_str!("library/cubic_damping.toml"),
+    include_str!("library/damping_by_amplitude.toml"),
     include_str!("library/damping_by_deflection.toml"),
     include_str!("library/dry_damping.toml"),
+    include_str!("library/flash_temperature.toml"),
+    include_str!("library/frequency_by_amplitude.toml"),
+    include_str!("library/friction_by_deflection_squared.toml"),
     include_str!("library/friction_by_direction.toml"),
     include_str!("library/friction_by_tip_velocity.toml"),
-    include_str!("library/friction_by_deflection_squared.toml"),
-    include_str!("library/pulsating_stiffness.toml"),
+    include_str!("library/friction_creep.toml"),
+    include_str!("library/frictional_heating.toml"),
+    include_str!("library/micro_slip.toml"),
     include_str!("library/pulsating_belt.toml"),
+    include_str!("library/pulsating_stiffness.toml"),
+    include_str!("library/quadratic_stiffness.toml"),
+    include_str!("library/rate_and_state_ageing.toml"),
+    include_str!("library/rate_and_state_slip.toml"),
+    include_str!("library/sensor_cubic.toml"),
+    include_str!("library/sensor_curvature.toml"),
+    include_str!("library/softening_by_warming.toml"),
+    include_str!("library/stop.toml"),
+    include_str!("library/structural_hysteresis.toml"),
+    include_str!("library/two_stops.toml"),
+    include_str!("library/wear.toml"),
 ];
 
 /// How the identifiers of all of them begin.

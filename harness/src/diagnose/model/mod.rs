@@ -13,6 +13,7 @@ pub mod point;
 pub mod predictor;
 pub mod problem;
 pub mod simulator;
+pub mod unknown_function;
 pub mod variants;
 pub mod white_noise;
 pub mod work;

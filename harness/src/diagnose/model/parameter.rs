@@ -19,6 +19,8 @@ pub enum Kind {
     Phase,
     /// One of many values of a profile along the belt.
     Node,
+    /// One of the values that make the curve of an unknown function; FMU variables are set from their sum.
+    Latent,
     /// Given, never calibrated.
     Constant,
 }
@@ -67,8 +69,8 @@ impl Parameter {
 
     /// Whether it belongs to an effect and not to the reference model.
     pub fn of_effect(&self) -> bool {
-        use Kind::{Amplitude, Node, Phase, Shape};
-        matches!(self.kind, Amplitude | Shape | Phase | Node)
+        use Kind::{Amplitude, Latent, Node, Phase, Shape};
+        matches!(self.kind, Amplitude | Shape | Phase | Node | Latent)
     }
 
     /// Position on the parameter's scale of a value.

@@ -14,6 +14,7 @@ use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structu
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -71,6 +72,8 @@ pub struct Problem<'a> {
     pub finished: FinishedWork,
     /// Counts of what was computed.
     pub work: Work,
+    /// Unknown functions that the model offers as effects.
+    pub unknown_functions: Vec<UnknownFunction>,
 }
 
 impl<'a> Problem<'a> {
@@ -173,6 +176,7 @@ impl<'a> Problem<'a> {
             spectra: Spectra::default(),
             finished: FinishedWork::default(),
             work: Work::default(),
+            unknown_functions: Vec::new(),
             break_aways,
             smoothings,
             segments,

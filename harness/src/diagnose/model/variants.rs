@@ -4,6 +4,7 @@ use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::is_unknown_function;
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
 pub fn variants(problem: &Problem, effect: usize) -> Vec<Choice> {
@@ -40,7 +41,14 @@ pub fn variants_of(problem: &Problem, wanted: impl Fn(&EffectCard) -> bool) -> V
         .collect()
 }
 
-/// All of them, where the problem's FMU has them.
+/// All effects of the library, where the problem's FMU has them.
 pub fn library(problem: &Problem) -> Vec<Choice> {
-    variants_of(problem, |effect| is_library_effect(&effect.id))
+    variants_of(problem, |effect| {
+        is_library_effect(&effect.id) && !is_unknown_function(&effect.id)
+    })
+}
+
+/// All unknown functions, likewise.
+pub fn unknown(problem: &Problem) -> Vec<Choice> {
+    variants_of(problem, |effect| is_unknown_function(&effect.id))
 }

@@ -12,6 +12,7 @@ use crate::diagnose::result::diagnosis::{
 };
 use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::result::summary::{Seen, remarks, words};
+use crate::diagnose::result::unknown::unknown;
 use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::select::Selection;
@@ -104,13 +105,20 @@ pub fn conclude(
         },
         _ => Vec::new(),
     };
+    let unknown = match verdict {
+        Verdict::UnknownEffect => unknown(problem, selection),
+        _ => None,
+    };
     let seen = Seen {
         ladder: &ladder,
         spectral_ratio: &spectral_ratio,
         prior_conflict: strained.as_ref(),
         proposed: &proposed_terms,
     };
-    let summary = words(problem, verdict, &effects, &seen, selection);
+    let mut summary = words(problem, verdict, &effects, &seen, selection);
+    if let Some(unknown) = &unknown {
+        summary = format!("{summary} {}", unknown.words);
+    }
     let tied = match verdict {
         Verdict::EffectFound => rivals(selection),
         _ => Vec::new(),
@@ -146,6 +154,7 @@ pub fn conclude(
         further_effects: further_effects(problem, selection),
         residual,
         proposed_terms,
+        unknown,
         next_measurement,
         summary,
         remarks,

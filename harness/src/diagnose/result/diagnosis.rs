@@ -2,6 +2,7 @@
 
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::work::Counts;
+use crate::diagnose::result::unknown::Unknown;
 use crate::diagnose::selection::next_measurement::NextMeasurement;
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::forecast::Forecast;
@@ -163,6 +164,9 @@ pub struct Diagnosis {
     /// Terms proposed where something outside the catalogue is missing; they stand in `residual`.
     #[serde(skip)]
     pub proposed_terms: Vec<ProposedTerm>,
+    /// Where something unknown acts, what it depends on, and the curve; where the verdict is that something unknown is missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unknown: Option<Unknown>,
     /// What to measure next.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_measurement: Option<NextMeasurement>,

@@ -5,3 +5,4 @@ pub mod diagnosis;
 pub mod error_ladder;
 pub mod run_sets;
 pub mod summary;
+pub mod unknown;

@@ -1,7 +1,7 @@
 //! What a model that was found has of its own in each run, in the FMU's own variables, so that it can be run again without
 //! the diagnosis: the run's parameters, and the start states of the pieces on which its error was judged.
 
-use crate::diagnose::model::parameter::Parameter;
+use crate::diagnose::model::parameter::Kind as ParameterKind;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::Step;
@@ -65,10 +65,15 @@ fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<
     out.extend(&h.fixed);
     let shared = h.shared.iter().zip(&point.shared);
     let per_run = h.per_run[run].iter().zip(&point.per_run[run]);
-    let settings = |(parameter, position): (&Parameter, &f64)| -> Vec<(u32, f64)> {
-        parameter.settings(*position).collect()
-    };
-    out.extend(shared.chain(per_run).flat_map(settings));
+    for (parameter, position) in shared.chain(per_run) {
+        let adds = parameter.kind == ParameterKind::Latent;
+        for (reference, value) in parameter.settings(*position) {
+            match out.iter_mut().find(|o| adds && o.0 == reference) {
+                Some(known) => known.1 += value,
+                None => out.push((reference, value)),
+            }
+        }
+    }
     let reals = out
         .into_iter()
         .map(|(reference, value)| (real_name(problem, reference), value));

@@ -4,17 +4,19 @@
 //! adequate one a score test tells which second effects can change the verdict; where none is adequate, pairs are formed
 //! with the best.
 
+use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::score_test::{is_testable, promise};
+use crate::diagnose::initialisation::score_test::{Promise, is_testable, promise};
 use crate::diagnose::initialisation::search_options::{BRIEF, FIXED, HIDDEN, STRONG_PRIOR};
 use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::variants::{all_variants, library, variants};
+use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
 use crate::diagnose::selection::extension::extend;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::screening::{Screen, refitting};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
 use crate::diagnose::stages;
@@ -29,6 +31,13 @@ const LEADERS: usize = 2;
 const FINISHED: usize = 6;
 /// Hypotheses that are searched for again from their own optima.
 const RESTARTED: usize = 3;
+
+/// Effects of the library that are fitted where no single effect is adequate: as many as were tried before it grew.
+const LIBRARY_FITTED: usize = 10;
+/// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
+const UNKNOWN_FITTED: usize = 6;
+/// Jacobians for each while the reference model is held: as many as a start that is followed gets, for twice as many constants.
+const UNKNOWN_STEPS: usize = 20;
 
 /// What has been found so far.
 pub(crate) struct Exploration<'a> {
@@ -45,6 +54,8 @@ pub(crate) struct Exploration<'a> {
     pub singles: Vec<FittedModel>,
     /// Single effects beside a reference model held to what is believed of it, best first; empty until that was needed.
     held: Vec<FittedModel>,
+    /// The reference model held to what is believed of it, once that was needed.
+    held_alone: Option<FittedModel>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
@@ -78,6 +89,7 @@ pub(crate) fn explore<'a>(
         alone: base,
         singles,
         held: Vec::new(),
+        held_alone: None,
         pairs: Vec::new(),
         tested: Vec::new(),
     };
@@ -100,6 +112,10 @@ pub(crate) fn explore<'a>(
     }
     found.refit_halves()?;
     found.other_forms_of_pair()?;
+    if found.needs_unknown_functions() {
+        watch.stage(stages::UNKNOWN);
+        found.add_unknown_functions()?;
+    }
     screen.nest(&mut found.singles, &found.calibrated)?;
     Ok(found)
 }
@@ -246,7 +262,8 @@ impl Exploration<'_> {
         if self.problem.place_is_told() || self.watch.stop() || self.is_settled()? {
             return Ok(());
         }
-        self.held = screen.compete(jobs, &screen.calibrate(STRONG_PRIOR)?, FIXED, self.watch)?;
+        let alone = self.held_alone()?;
+        self.held = screen.compete(jobs, &alone, FIXED, self.watch)?;
         let freed = screen.freed(&self.held)?;
         screen.keep_better(&mut self.singles, freed);
         self.calibrated = screen.recalibrate(self.calibrated.clone(), &self.singles)?;
@@ -255,14 +272,83 @@ impl Exploration<'_> {
         self.restart()
     }
 
+    /// The reference model held to what is believed of it. What it leaves is due to what is missing, where a calibrated one
+    /// has been bent in its place.
+    fn held_alone(&mut self) -> Result<FittedModel, Error> {
+        if self.held_alone.is_none() {
+            self.held_alone = Some(self.screen.calibrate(STRONG_PRIOR)?);
+        }
+        Ok(self.held_alone.clone().expect("just made"))
+    }
+
+    /// The `count` of effects that a score test beside `alone` promises most of, each alone, with where to start from. Far
+    /// from the noise the test orders and says no more.
+    fn most_promising(
+        &self,
+        alone: &FittedModel,
+        effects: Vec<Choice>,
+        count: usize,
+    ) -> Result<Vec<(Vec<Choice>, Point)>, Error> {
+        let at = self.screen.at(alone);
+        let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
+        let promises = parallel(&jobs, |choices| promise(self.problem, choices, at, at))?;
+        let mut all: Vec<(Vec<Choice>, Promise)> = jobs
+            .into_iter()
+            .zip(promises)
+            .filter_map(|(choices, p)| Some((choices, p?)))
+            .collect();
+        all.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+        all.truncate(count);
+        Ok(all.into_iter().map(|(c, p)| (c, p.start)).collect())
+    }
+
+    /// Whether the catalogue has no answer: nothing is adequate, or an effect of the library alone.
+    fn needs_unknown_functions(&self) -> bool {
+        let is_of_catalogue = |c: &&FittedModel| {
+            let mut effects = c.choices.iter();
+            effects.all(|e| !is_library_effect(&self.problem.catalogue[e.effect].id))
+        };
+        let all = std::iter::once(&self.calibrated).chain(&self.singles);
+        let mut known = all.chain(&self.pairs).filter(is_of_catalogue);
+        !known.any(FittedModel::reaches_floor) && !self.problem.place_is_told()
+    }
+
+    /// Unknown functions as the only thing that the calibrated model lacks: hypotheses like the others.
+    fn add_unknown_functions(&mut self) -> Result<(), Error> {
+        let (screen, watch) = (self.screen, self.watch);
+        let alone = self.held_alone()?;
+        let jobs = self.most_promising(&alone, unknown(self.problem), UNKNOWN_FITTED)?;
+        let options = FitOptions {
+            belief: STRONG_PRIOR,
+            ..refitting(UNKNOWN_STEPS)
+        };
+        let held = parallel(&jobs, |(choices, start)| {
+            if watch.stop() {
+                return Ok(None);
+            }
+            watch.step("fitting unknown functions", 0, 1);
+            let found = screen.continued(choices, start.clone(), options)?;
+            Ok(Some(found))
+        })?;
+        let mut held: Vec<FittedModel> = held.into_iter().flatten().collect();
+        screen.sort(&mut held);
+        let mut found = screen.freed(&held)?;
+        screen.finish(&mut found, watch)?;
+        screen.keep_better(&mut self.singles, held);
+        screen.keep_better(&mut self.singles, found);
+        Ok(())
+    }
+
     /// Terms beyond the catalogue as the only thing that the calibrated model lacks: hypotheses like the others.
     fn add_library_effects(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
-        let single = |terms: Vec<Choice>| -> Vec<Vec<Choice>> {
-            terms.into_iter().map(|t| vec![t]).collect()
-        };
-        let jobs = single(library(self.problem));
-        let mut found = screen.compete(&jobs, &self.calibrated, BRIEF, watch)?;
+        let alone = self.held_alone()?;
+        let jobs = self.most_promising(&alone, library(self.problem), LIBRARY_FITTED)?;
+        let jobs: Vec<Vec<Choice>> = jobs.into_iter().map(|(choices, _)| choices).collect();
+        let mut held = screen.compete(&jobs, &alone, FIXED, watch)?;
+        let mut found = screen.freed(&held)?;
+        screen.keep_better(&mut held, found);
+        found = held;
         screen.polish(&mut found, watch)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, found);

@@ -1,0 +1,332 @@
+//! Unknown functions as effects: a curve of one quantity that acts in one place.
+//!
+//! Each is a user's effect with a table, a natural cubic spline through [`NODES`] nodes at even distances over the range of
+//! its argument. Its values at the nodes are
+//!
+//! ```text
+//! g_i = s sum_k d_k z_k cos(pi k i / (NODES - 1)),   d_0 = 1, d_k = k^-2
+//! ```
+//!
+//! with independent standard normal z_k before the data: the cosine coefficients of a curve of which the second derivative is
+//! white have standard deviations that fall with the square of their number (Wahba 1990, Spline Models for Observational Data,
+//! sect. 1.3). s is the strength as met in practice that the file gives as `typical`.
+
+use crate::diagnose::model::effect_card::EffectCard;
+use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::measurement::Campaign;
+
+/// Nodes of a curve.
+pub const NODES: usize = 8;
+/// How the identifiers of all of them begin.
+const PREFIX: &str = "term_unknown_";
+/// How the names of the values at the nodes begin.
+const NODE: &str = "g_";
+/// Largest latent value, in standard deviations.
+const MOST: f64 = 20.0;
+
+/// Where an unknown function acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Place {
+    /// Name in `diagnosis.json`.
+    name: &'static str,
+    /// Target in an effect's file.
+    target: &'static str,
+    /// The formula, with `G` for the curve.
+    formula: &'static str,
+}
+
+const FRICTION: Place = Place {
+    name: "friction",
+    target: "friction_factor",
+    formula: "1 + G",
+};
+/// A force that adds to the normal force, so that it counts less at a higher one; in shares of the mean one.
+const NORMAL_FORCE: Place = Place {
+    name: "normal_force",
+    target: "normal_force_factor",
+    formula: "1 + G*MEAN_FORCE/F_N",
+};
+const TIP_FORCE: Place = Place {
+    name: "tip_force",
+    target: "tip_force",
+    formula: "G",
+};
+const FREQUENCY: Place = Place {
+    name: "frequency",
+    target: "frequency_factor",
+    formula: "1 + G",
+};
+const DAMPING: Place = Place {
+    name: "damping",
+    target: "damping_factor",
+    formula: "1 + G",
+};
+const MEASUREMENT: Place = Place {
+    name: "measurement",
+    target: "measurement",
+    formula: "w + G",
+};
+const BELT: Place = Place {
+    name: "belt",
+    target: "belt_velocity",
+    formula: "v0*G",
+};
+
+/// What an unknown function depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Argument {
+    /// Name in `diagnosis.json` and in the identifier.
+    name: &'static str,
+    /// The quantity of the formula; for one with a memory, what is low-passed.
+    quantity: &'static str,
+    unit: &'static str,
+    /// Whether it is the quantity low-passed with a time constant.
+    remembers: bool,
+}
+
+const fn argument(name: &'static str, quantity: &'static str, unit: &'static str) -> Argument {
+    Argument {
+        name,
+        quantity,
+        unit,
+        remembers: false,
+    }
+}
+
+const fn memory(name: &'static str, quantity: &'static str, unit: &'static str) -> Argument {
+    Argument {
+        name,
+        quantity,
+        unit,
+        remembers: true,
+    }
+}
+
+const DEFLECTION: Argument = argument("w", "w", "m");
+const VELOCITY: Argument = argument("w_dot", "w_dot", "m/s");
+const SPEED: Argument = argument("v_r", "v_abs", "m/s");
+const TIME: Argument = argument("time", "t", "s");
+const DWELL: Argument = argument("dwell", "t_stick", "s");
+const PAST_SPEED: Argument = memory("low_passed_v_r", "v_abs", "m/s");
+const PAST_POWER: Argument = memory("low_passed_power", "abs(F*v_r)", "W");
+const PAST_DEFLECTION: Argument = memory("low_passed_w", "abs(w)", "m");
+
+/// All that are tried.
+const ALL: [(Place, Argument); 18] = [
+    (FRICTION, DEFLECTION),
+    (FRICTION, VELOCITY),
+    (FRICTION, SPEED),
+    (FRICTION, TIME),
+    (FRICTION, DWELL),
+    (FRICTION, PAST_SPEED),
+    (FRICTION, PAST_POWER),
+    (NORMAL_FORCE, DEFLECTION),
+    (NORMAL_FORCE, VELOCITY),
+    (TIP_FORCE, DEFLECTION),
+    (TIP_FORCE, VELOCITY),
+    (TIP_FORCE, TIME),
+    (FREQUENCY, TIME),
+    (FREQUENCY, PAST_DEFLECTION),
+    (DAMPING, DEFLECTION),
+    (DAMPING, PAST_DEFLECTION),
+    (MEASUREMENT, DEFLECTION),
+    (BELT, TIME),
+];
+
+/// An unknown function of a campaign, as an effect.
+#[derive(Debug, Clone)]
+pub struct UnknownFunction {
+    /// Identifier of the effect.
+    pub id: String,
+    /// Where it acts, as `diagnosis.json` names it.
+    pub place: &'static str,
+    /// What it depends on, as `diagnosis.json` names it.
+    pub argument: &'static str,
+    /// Unit of the argument.
+    pub argument_unit: &'static str,
+    /// Whether the argument is low-passed with a time constant.
+    pub remembers: bool,
+    /// Places of the nodes.
+    pub at: Vec<f64>,
+    /// The effect's file.
+    pub file: String,
+}
+
+impl UnknownFunction {
+    /// The file with another identifier and these values at the nodes as typical ones, and as typical time constant.
+    pub fn file_with(&self, id: &str, values: &[f64], memory_s: Option<f64>) -> String {
+        let list: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
+        let most = values.iter().fold(1e-12, |m: f64, v| m.max(v.abs()));
+        let line = |line: &str| match (line.split(" = ").next(), memory_s) {
+            (Some("id"), _) => format!("id = \"{id}\""),
+            (Some("typical"), _) if line.ends_with("# strength") => {
+                format!("typical = [{}]", list.join(", "))
+            }
+            (Some("min"), _) if line.ends_with("# strength") => format!("min = {:e}", -10.0 * most),
+            (Some("max"), _) if line.ends_with("# strength") => format!("max = {:e}", 10.0 * most),
+            (Some("typical"), Some(tau)) => format!("typical = {tau:e}"),
+            _ => line.to_owned(),
+        };
+        self.file.lines().map(|l| line(l) + "\n").collect()
+    }
+}
+
+/// Whether an effect is an unknown function.
+pub fn is_unknown_function(id: &str) -> bool {
+    id.starts_with(PREFIX)
+}
+
+/// Whether a parameter of an unknown function is a value at a node.
+pub(crate) fn is_node(name: &str) -> bool {
+    name.starts_with(NODE)
+}
+
+/// Weight of the latent value `k` at node `i`, in units of the strength.
+pub fn weight(k: usize, i: usize) -> f64 {
+    let smooth = if k == 0 { 1.0 } else { (k as f64).powi(-2) };
+    smooth * (std::f64::consts::PI * (k * i) as f64 / (NODES - 1) as f64).cos()
+}
+
+/// Name of the latent value `k` of an unknown function.
+pub fn latent_name(id: &str, k: usize) -> String {
+    format!("{id}.z_{}", k + 1)
+}
+
+/// The latent values of an unknown function, which set those at its nodes.
+pub(crate) fn latent(card: &EffectCard) -> Vec<Parameter> {
+    let nodes: Vec<_> = card
+        .parameters
+        .iter()
+        .filter(|p| is_node(&p.name))
+        .collect();
+    let of = |k: usize| Parameter {
+        name: latent_name(&card.id, k),
+        unit: "1".into(),
+        kind: Kind::Latent,
+        targets: nodes
+            .iter()
+            .enumerate()
+            .map(|(i, p)| (p.reference, p.typical * weight(k, i)))
+            .collect(),
+        scale: Scale::Linear,
+        prior: 0.0,
+        prior_std: 1.0,
+        min: -MOST,
+        max: MOST,
+        step: 1e-3,
+        support: None,
+    };
+    (0..nodes.len()).map(of).collect()
+}
+
+/// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is the lowest natural frequency.
+pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunction> {
+    let runs = &campaign.runs;
+    let most =
+        |of: &dyn Fn(&crate::measurement::Run) -> f64| runs.iter().map(of).fold(0.0, f64::max);
+    let values = || runs.iter().flat_map(|r| r.displacement.iter().copied());
+    let finite = || values().filter(|v| v.is_finite());
+    let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
+    let half = (0.5 * (high - low)).max(1e-9);
+    let belt = most(&|r| r.belt_velocity.abs());
+    let force = most(&|r| r.normal_force);
+    let mean_force = runs.iter().map(|r| r.normal_force).sum::<f64>() / runs.len().max(1) as f64;
+    // A harmonic motion of this amplitude at the lowest natural frequency, or the belt, where that is faster.
+    let velocity = (half * std::f64::consts::TAU * lowest_hz).max(belt);
+    let duration = most(&|r| r.time[r.time.len() - 1]);
+    let range = |argument: Argument| match argument {
+        DEFLECTION => (low, high),
+        VELOCITY => (-velocity, velocity),
+        SPEED => (0.0, velocity + belt),
+        TIME => (0.0, duration),
+        // Stick lasts for a period or a few.
+        DWELL => (0.0, 3.0 / lowest_hz),
+        PAST_SPEED => (0.0, velocity),
+        PAST_POWER => (0.0, force * belt),
+        _ => (0.0, high.abs().max(low.abs())),
+    };
+    let strength = |place: Place| match place {
+        FRICTION | NORMAL_FORCE => 0.3,
+        TIP_FORCE => 0.1 * mean_force,
+        FREQUENCY => 0.03,
+        DAMPING => 5.0,
+        MEASUREMENT => 0.1 * half,
+        _ => 0.1,
+    };
+    ALL.iter()
+        .map(|&(place, argument)| {
+            let (from, to) = range(argument);
+            let at: Vec<f64> = (0..NODES)
+                .map(|i| from + (to - from) * i as f64 / (NODES - 1) as f64)
+                .collect();
+            UnknownFunction {
+                id: format!("{PREFIX}{}_{}", place.name, argument.name),
+                place: place.name,
+                argument: argument.name,
+                argument_unit: argument.unit,
+                remembers: argument.remembers,
+                file: file(place, argument, &at, strength(place), mean_force),
+                at,
+            }
+        })
+        .collect()
+}
+
+fn file(place: Place, of: Argument, at: &[f64], strength: f64, mean_force: f64) -> String {
+    let curve = match of.remembers {
+        true => "table(x, g)".to_owned(),
+        false => format!("table({}, g)", of.quantity),
+    };
+    let formula = place
+        .formula
+        .replace("MEAN_FORCE", &format!("{mean_force:?}"))
+        .replace('G', &curve);
+    let unit = match place {
+        TIP_FORCE => "N",
+        MEASUREMENT => "m",
+        _ => "1",
+    };
+    let list: Vec<String> = at.iter().map(|a| format!("{a:e}")).collect();
+    let mut out = format!(
+        "id = \"{PREFIX}{}_{}\"\ntitle = \"Unknown function of {} acting on {}\"\n\
+         family = \"unknown\"\ntarget = \"{}\"\nexpression = \"{formula}\"\n\n\
+         [[table]]\nname = \"g\"\nunit = \"{unit}\"\nat = [{}]\nmin = {:e} # strength\n\
+         max = {:e} # strength\ntypical = {strength:e} # strength\n",
+        place.name,
+        of.name,
+        of.name.replace('_', " "),
+        place.name.replace('_', " "),
+        place.target,
+        list.join(", "),
+        -MOST * strength,
+        MOST * strength,
+    );
+    if of.remembers {
+        let nominal = at[at.len() - 1].abs().max(1e-9) / 4.0;
+        out += &format!(
+            "\n[[parameter]]\nname = \"tau\"\nunit = \"s\"\nmin = 1e-3\nmax = 5.0\ntypical = 0.05\n\
+             role = \"shape\"\n\n[[state]]\nname = \"x\"\nunit = \"{}\"\nnominal = {nominal:e}\n\
+             rate = \"({} - x)/tau\"\n",
+            of.unit, of.quantity
+        );
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn latent_values_make_any_curve_and_rough_ones_are_less_believed() {
+        // The cosines are independent: the curve through given nodes has one set of them.
+        let matrix = nalgebra::DMatrix::from_fn(NODES, NODES, |i, k| weight(k, i));
+        assert!(matrix.clone().lu().determinant().abs() > 1e-9);
+        let straight = nalgebra::DVector::from_fn(NODES, |i, _| i as f64);
+        let zigzag = nalgebra::DVector::from_fn(NODES, |i, _| (i % 2) as f64);
+        let cost = |curve| matrix.clone().lu().solve(&curve).unwrap().norm_squared();
+        assert!(cost(zigzag) > 5.0 * cost(straight));
+    }
+}
