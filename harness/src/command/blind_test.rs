@@ -9,12 +9,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::diagnose::diagnose;
+use super::given_campaign;
 use super::progress::Progress;
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
-use crate::measurement::Campaign;
 use crate::metric::half_width;
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
@@ -89,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let folder = arguments.output.join(&name);
         make_folder(&folder)?;
         let start = Instant::now();
-        let campaign = Campaign::load(&arguments.folder.join(&name))?;
+        let campaign = given_campaign::load(&arguments.folder.join(&name))?;
         let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &folder, &progress)?;
         let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
         let case = score(

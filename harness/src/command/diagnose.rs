@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::diagnose_page::likely;
 use super::progress::Progress;
-use super::{diagnose_page, pack, proposed_effect, repaired_model};
+use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::library;
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             rule: format!("campaigns would take months; give {MOST_NULL} or less"),
         });
     }
-    let campaign = Campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);

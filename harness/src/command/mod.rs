@@ -8,6 +8,7 @@ pub mod diagnose;
 mod diagnose_page;
 pub mod dimension;
 pub mod effects;
+mod given_campaign;
 pub mod observe;
 pub mod operating_options;
 pub mod operating_point;

@@ -18,6 +18,7 @@ use comparison::compare_run;
 pub use comparison::RunComparison;
 use from_start_states::Held;
 
+use super::given_campaign;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Run};
@@ -61,7 +62,7 @@ impl Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let limit = arguments.fail_above.map(positive).transpose()?;
-    let campaign = Campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign)?;
     // Before the work, so that a folder that cannot be made costs no time.
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
