@@ -516,6 +516,18 @@ pub enum Error {
         /// Where they are.
         folder: PathBuf,
     },
+    /// A campaign with values that can't be meant.
+    #[error("{}: {errors} finding(s) that can't be meant; {runs}: {finding}. `stickslip check` shows all, --force begins all the same", campaign.display())]
+    Questionable {
+        /// The campaign.
+        campaign: PathBuf,
+        /// How many there are.
+        errors: usize,
+        /// Runs that the first concerns.
+        runs: String,
+        /// The first: what was measured, what was stated, what to do.
+        finding: String,
+    },
     /// A gate of `--fail-above` is not met.
     #[error("run '{run}': NRMSE {value:.4} is above the limit {limit} set by --fail-above")]
     GateFailed {

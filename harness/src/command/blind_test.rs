@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::diagnose::diagnose;
-use super::given_campaign;
+use super::given_campaign::{self, Forced};
 use super::progress::Progress;
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
@@ -35,6 +35,8 @@ pub struct Arguments {
     /// Only these campaigns, by name
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// One campaign's result.
@@ -89,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let folder = arguments.output.join(&name);
         make_folder(&folder)?;
         let start = Instant::now();
-        let campaign = given_campaign::load(&arguments.folder.join(&name))?;
+        let campaign = given_campaign::load(&arguments.folder.join(&name), arguments.forced)?;
         let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &folder, &progress)?;
         let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
         let case = score(

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::diagnose_page::likely;
+use super::given_campaign::Forced;
 use super::progress::Progress;
 use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
@@ -50,6 +51,8 @@ pub struct Arguments {
     /// Tell on standard error how long each stage took and what was computed
     #[arg(short, long)]
     verbose: bool,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
@@ -64,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             rule: format!("campaigns would take months; give {MOST_NULL} or less"),
         });
     }
-    let campaign = given_campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);

@@ -1,6 +1,7 @@
 //! The commands of `stickslip`, one file each.
 
 pub mod blind_test;
+pub mod check;
 pub mod compare;
 pub mod cross_check;
 pub mod demo;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::diagnose::{report, terminal, written_json};
-use super::given_campaign;
+use super::given_campaign::{self, Forced};
 use super::progress::Progress;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::climb;
@@ -33,11 +33,13 @@ pub struct Arguments {
     /// Print diagnosis.json instead of the summary
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let campaign = given_campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let mut problem = Problem::new(&fmu, &campaign)?;
     let mut effects = Vec::new();
