@@ -26,7 +26,7 @@ pub struct Motion {
     pub rest: Option<(f64, f64)>,
     /// Where the integrated displacement rests, m s: the stick speed, had an acceleration been measured.
     pub integral_rest: Option<f64>,
-    /// Change of the displacement over the run by a straight line through it, m.
+    /// Change of the displacement over the run by a straight line through it, m; 0 where the run is too short to tell.
     pub trend: f64,
 }
 
@@ -86,10 +86,30 @@ fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Rise over the record of the straight line that fits best.
+/// Fewest times that a motion passes the straight line through it: five cycles. A piece of one cycle rises by itself.
+const FEWEST_PASSES: usize = 10;
+/// Distance from the line, in standard deviations, that counts as beyond it.
+const BEYOND: f64 = 0.25;
+
+/// Rise over the record of the straight line that fits best; 0 for fewer than five cycles.
 fn trend(time: &[f64], values: &[f64]) -> f64 {
-    let span = time[time.len() - 1] - time[0];
-    slope(time.iter().copied().zip(values.iter().copied())).map_or(0.0, |slope| slope * span)
+    let points = || time.iter().copied().zip(values.iter().copied());
+    let Some(slope) = slope(points()) else {
+        return 0.0;
+    };
+    let left: Vec<f64> = points().map(|(t, v)| v - slope * t).collect();
+    let mean = left.iter().sum::<f64>() / left.len() as f64;
+    let beyond = BEYOND * standard_deviation(&left);
+    let (mut passes, mut side) = (0, 0.0);
+    for distance in left.iter().map(|v| v - mean) {
+        if distance.abs() > beyond && distance.signum() != side {
+            (passes, side) = (passes + 1, distance.signum());
+        }
+    }
+    if passes < FEWEST_PASSES {
+        return 0.0;
+    }
+    slope * (time[time.len() - 1] - time[0])
 }
 
 /// Slope of the straight line that fits best.
