@@ -167,7 +167,8 @@ fn val_each_mistake_is_recognised_and_named() {
             run.values.iter_mut().for_each(|w| *w = w.min(limit));
         })
     };
-    // The last point has fast small cycles: where they are clipped, stretches are too short to be told from crests.
+    // The last point has fast small cycles: where they are clipped, stretches are too short to be
+    // told from crests.
     let drifting = each(&base, |run| {
         let range = 3e-3;
         let span = run.time[run.time.len() - 1];

@@ -17,8 +17,8 @@ pub struct Examined<'a> {
 
 /// Mode shape at the tip where none is stated: of the eigenfunctions of a clamped beam.
 const TIP_VALUE: f64 = 2.0;
-/// Range of a motion without stick over `belt speed / natural frequency`: 2 if the tip's speed just reaches the belt's; more
-/// for higher modes.
+/// Range of a motion without stick over `belt speed / natural frequency`: 2 if the tip's speed just
+/// reaches the belt's; more for higher modes.
 const RANGE_BY_SPEED: f64 = 2.5;
 
 impl<'a> Examined<'a> {
@@ -60,7 +60,8 @@ impl<'a> Examined<'a> {
         ratio.is_finite().then_some(ratio)
     }
 
-    /// Mean deflection times stiffness over the normal force: the mean coefficient of friction, if the sensor has no offset.
+    /// Mean deflection times stiffness over the normal force: the mean coefficient of friction, if
+    /// the sensor has no offset.
     pub fn mean_friction(&self) -> Option<f64> {
         let ratio = self.stiffness? * self.motion.mean / self.run.normal_force;
         ratio.is_finite().then_some(ratio)

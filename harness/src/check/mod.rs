@@ -1,8 +1,9 @@
 //! The quality of a campaign's data, before long work begins on them.
 //!
-//! What a run says of itself ([`motion`]) is held against what is stated of it ([`examined`]): in stick the tip moves with the
-//! belt, friction balances the deflection, in slip the tip swings as its modes do. A value that can't be meant is an error,
-//! named with the mistake that would explain it; deviations that rigs have are none ([`thresholds`]).
+//! What a run says of itself ([`motion`]) is held against what is stated of it ([`examined`]): in
+//! stick the tip moves with the belt, friction balances the deflection, in slip the tip swings as
+//! its modes do. A value that can't be meant is an error, named with the mistake that would explain
+//! it; deviations that rigs have are none ([`thresholds`]).
 
 mod examined;
 mod finding;
@@ -51,7 +52,8 @@ pub struct RunQuality {
     pub stick_speed_m_per_s: Option<f64>,
     /// Share of the time in stick, 1.
     pub stick_share: f64,
-    /// Mean deflection times static stiffness over the normal force, 1, where masses and frequencies are stated.
+    /// Mean deflection times static stiffness over the normal force, 1, where masses and
+    /// frequencies are stated.
     pub mean_friction: Option<f64>,
     /// How the file was read, where it is not plain CSV in SI units.
     pub understood: Option<String>,
@@ -76,7 +78,8 @@ pub fn check(campaign: &Campaign) -> Quality {
     let swapped = swapped::swapped(&runs);
     let mut findings = Vec::new();
     let mut scaled = false;
-    // Wrong frequencies make the stiffness wrong and leave stick speeds alone; wrong times spoil both.
+    // Wrong frequencies make the stiffness wrong and leave stick speeds alone; wrong times spoil
+    // both.
     let modes = modes::modes(campaign, &runs);
     let misstated = modes
         .as_ref()

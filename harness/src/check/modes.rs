@@ -6,7 +6,8 @@ use super::thresholds::{FREQUENCY_FACTOR, SLIP_FREQUENCY};
 use crate::measurement::{BeamKnowledge, Campaign};
 use crate::metric::{median, spectrum, velocity};
 
-/// Factors between frequencies that are confused: doubled, halved, angular frequencies (rad/s) in place of Hz and back, kHz.
+/// Factors between frequencies that are confused: doubled, halved, angular frequencies (rad/s) in
+/// place of Hz and back, kHz.
 const CONFUSED: [(f64, &str); 6] = [
     (0.5, "they seem to be doubled"),
     (2.0, "they seem to be halved"),
@@ -24,8 +25,9 @@ const CONFUSED: [(f64, &str); 6] = [
 /// A factor is named if it leaves less than this factor.
 const NEAR: f64 = 1.35;
 
-/// The finding on natural frequencies, if no motion can have them. Two signs must agree where two modes are stated: the
-/// frequency of the motion in slip, and a peak of the spectrum where the second mode should be instead.
+/// The finding on natural frequencies, if no motion can have them. Two signs must agree where two
+/// modes are stated: the frequency of the motion in slip, and a peak of the spectrum where the
+/// second mode should be instead.
 pub fn modes(campaign: &Campaign, runs: &[Examined]) -> Option<Finding> {
     let mut ratios: Vec<f64> = runs.iter().filter_map(Examined::frequency_ratio).collect();
     if ratios.is_empty() {
@@ -94,7 +96,8 @@ const NEXT: f64 = 1.08;
 /// Bands on either side that a peak is compared with.
 const NEIGHBOURS: i32 = 6;
 
-/// Largest amplitude of the acceleration within 4 % of a frequency, over the median of the bands beside it.
+/// Largest amplitude of the acceleration within 4 % of a frequency, over the median of the bands
+/// beside it.
 fn prominence(run: &Examined, frequency: f64) -> Option<f64> {
     let interval = run.run.sample_interval();
     let speed = velocity(&run.run.time, &run.run.displacement, 2);

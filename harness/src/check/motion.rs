@@ -24,16 +24,19 @@ pub struct Motion {
     pub slip_frequency: Option<f64>,
     /// Where the displacement itself rests, m, with the share of samples there.
     pub rest: Option<(f64, f64)>,
-    /// Where the integrated displacement rests, m s: the stick speed, had an acceleration been measured.
+    /// Where the integrated displacement rests, m s: the stick speed, had an acceleration been
+    /// measured.
     pub integral_rest: Option<f64>,
-    /// Change of the displacement over the run by a straight line through it, m; 0 where the run is too short to tell.
+    /// Change of the displacement over the run by a straight line through it, m; 0 where the run is
+    /// too short to tell.
     pub trend: f64,
 }
 
 /// Longest smoothing, s, and half widths in samples: see [`crate::metric::detect_stick`].
 const LONGEST_SMOOTHING: f64 = 5e-4;
 const HALF_WIDTHS: (usize, usize) = (2, 50);
-/// A speed counts as slip for the frequency if it differs by this share of the stick speed: nearer, friction depends on it.
+/// A speed counts as slip for the frequency if it differs by this share of the stick speed: nearer,
+/// friction depends on it.
 const WELL_IN_SLIP: f64 = 0.5;
 /// Fewest samples for a frequency.
 const FEWEST: usize = 50;
@@ -86,7 +89,8 @@ fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Fewest times that a motion passes the straight line through it: five cycles. A piece of one cycle rises by itself.
+/// Fewest times that a motion passes the straight line through it: five cycles. A piece of one
+/// cycle rises by itself.
 const FEWEST_PASSES: usize = 10;
 /// Distance from the line, in standard deviations, that counts as beyond it.
 const BEYOND: f64 = 0.25;
@@ -127,8 +131,14 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     (xx > 0.0).then(|| xy / xx)
 }
 
-/// Frequency of the free motion: in slip, with friction that hardly changes, `w'' = -(2 pi f)^2 (w - w_0)`, so that the
-/// slope of acceleration over displacement gives f. Higher modes are smoothed out over a period of the second one stated.
+/// Frequency of the free motion, Hz. In slip, with friction that hardly changes,
+///
+/// ```text
+/// w'' = -(2 pi f)^2 (w - w_0)
+/// ```
+///
+/// so that the slope of acceleration over displacement gives f. Higher modes are smoothed out over
+/// a period of the second one stated.
 fn slip_frequency(
     run: &Run,
     beam: &BeamKnowledge,

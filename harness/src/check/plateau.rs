@@ -13,18 +13,18 @@ pub struct Plateau {
     pub share: f64,
 }
 
-/// Half width of the band that counts as one value: in standard deviations of the noise, and at least this share of the
-/// signal's root mean square.
+/// Half width of the band that counts as one value: in standard deviations of the noise, and at
+/// least this share of the signal's root mean square.
 const BAND_STDS: f64 = 3.0;
 const BAND_SHARE: f64 = 5e-3;
-/// Samples beside the band, within three half widths, over those in it. A turning point leaves 0.73 times as many there, a
-/// phase of rest next to none.
+/// Samples beside the band, within three half widths, over those in it. A turning point leaves 0.73
+/// times as many there, a phase of rest next to none.
 const BESIDE: f64 = 0.4;
 /// A band that holds fewer samples is no plateau.
 const LEAST_SHARE: f64 = 0.03;
 
-/// The most frequent value of `signal`, whose noise has the standard deviation `std`, if the signal rests there and does not
-/// merely turn. Nothing is known beforehand of where it is.
+/// The most frequent value of `signal`, whose noise has the standard deviation `std`, if the signal
+/// rests there and does not merely turn. Nothing is known beforehand of where it is.
 pub fn plateau(signal: &[f64], std: f64) -> Option<Plateau> {
     let rms = (signal.iter().map(|v| v * v).sum::<f64>() / signal.len() as f64).sqrt();
     let half = (BAND_STDS * std).max(BAND_SHARE * rms);

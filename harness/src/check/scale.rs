@@ -1,6 +1,7 @@
 //! Units, quantities and signs that can't be meant, by stick speed, static balance and frequency.
 //!
-//! Each possible mistake is a hypothesis: what it makes of the data must be plausible in all three, else it is not named.
+//! Each possible mistake is a hypothesis: what it makes of the data must be plausible in all three,
+//! else it is not named.
 
 use super::examined::Examined;
 use super::finding::{Finding, Severity, digits};
@@ -9,7 +10,8 @@ use super::thresholds::{
     SPEEDS,
 };
 
-/// Factors that turn a column into SI if it is in another unit: of displacement, of time, of the belt's speed, of the force.
+/// Factors that turn a column into SI if it is in another unit: of displacement, of time, of the
+/// belt's speed, of the force.
 #[derive(Debug, Clone, Copy)]
 struct Factors {
     displacement: f64,
@@ -125,7 +127,8 @@ const MISTAKES: [(&str, Factors, &str); 15] = [
 ];
 
 impl Factors {
-    /// Whether everything measured is plausible once these factors are applied; a sign is not looked at.
+    /// Whether everything measured is plausible once these factors are applied; a sign is not
+    /// looked at.
     fn explain(&self, run: &Examined) -> bool {
         let speed = self.displacement / self.time / self.belt;
         let by_stick = run
@@ -243,7 +246,8 @@ pub fn scale(run: &Examined) -> Option<Finding> {
     }
 }
 
-/// Gives runs without stick the error that most runs have: they tell less, and runs of one campaign are written alike.
+/// Gives runs without stick the error that most runs have: they tell less, and runs of one campaign
+/// are written alike.
 pub fn share(runs: &[Examined], findings: &mut [Option<Finding>]) {
     let is_error = |finding: &&Finding| finding.severity == Severity::Error;
     let errors: Vec<&Finding> = findings.iter().flatten().filter(is_error).collect();
@@ -266,7 +270,8 @@ pub fn share(runs: &[Examined], findings: &mut [Option<Finding>]) {
     }
 }
 
-/// Velocity or acceleration in place of the displacement: the signal itself, or its integral, rests at the belt's speed.
+/// Velocity or acceleration in place of the displacement: the signal itself, or its integral, rests
+/// at the belt's speed.
 fn other_quantity(run: &Examined) -> Option<(&'static str, &'static str)> {
     let belt = run.run.belt_velocity;
     let fits = |value: f64| (value / belt - 1.0).abs() < FACTOR_FITS;

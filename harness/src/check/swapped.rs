@@ -4,7 +4,8 @@ use super::examined::Examined;
 use super::finding::{Finding, Severity, digits};
 use super::thresholds::{SAME_SPEED, SPEED_OFF};
 
-/// Findings on runs whose stick speed is not the one stated but that of another run, which is off itself.
+/// Findings on runs whose stick speed is not the one stated but that of another run, which is off
+/// itself.
 pub fn swapped(runs: &[Examined]) -> Vec<(usize, Finding)> {
     let off = |i: usize| {
         let ratio = runs[i].speed_ratio();

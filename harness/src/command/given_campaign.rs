@@ -17,8 +17,8 @@ pub struct Forced {
     pub force: bool,
 }
 
-/// Loads a campaign and looks at its data. Tells on standard error how its files were read, where they are not plain CSV in
-/// SI units, and what was found.
+/// Loads a campaign and looks at its data. Tells on standard error how its files were read, where
+/// they are not plain CSV in SI units, and what was found.
 ///
 /// # Errors
 /// A campaign that can't be read; a value in it that can't be meant, unless it is `forced`.

@@ -7,7 +7,8 @@ use super::unit::{Name, Quantity};
 use crate::error::Error;
 use crate::wording::nearest;
 
-/// Which columns to read, and the factors that turn them into s and m. What is `None` is found in the header.
+/// Which columns to read, and the factors that turn them into s and m. What is `None` is found in
+/// the header.
 pub(super) struct Channels {
     pub time_column: Option<String>,
     pub displacement_column: Option<String>,
@@ -28,7 +29,8 @@ pub(super) struct Record {
     pub understood: Option<String>,
 }
 
-/// Reads time (s) and displacement (m). Rows without a displacement or a time are left out, as missing samples.
+/// Reads time (s) and displacement (m). Rows without a displacement or a time are left out, as
+/// missing samples.
 pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
     let table = Table::read(path, channels.delimiter)?;
     let choice = Choice {
@@ -86,7 +88,8 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
 /// What a column is looked for by.
 struct Wanted {
     quantity: Quantity,
-    /// Names that it has where campaign.toml gives none: the format's own, and the one that `simulate` writes.
+    /// Names that it has where campaign.toml gives none: the format's own, and the one that
+    /// `simulate` writes.
     usual: [&'static str; 2],
     /// Names without a unit that say as much, in lower case.
     plain: &'static [&'static str],
@@ -118,8 +121,8 @@ struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    /// The column named; without a name the usual one, else the only one with a unit of the quantity, else the only one
-    /// with a plain name.
+    /// The column named; without a name the usual one, else the only one with a unit of the
+    /// quantity, else the only one with a plain name.
     fn column(&self, wanted: &Wanted, stated: Option<&str>) -> Result<usize, Error> {
         let names = &self.table.names;
         let all = |fits: &dyn Fn(&Name) -> bool| -> Vec<usize> {
@@ -129,7 +132,8 @@ impl Choice<'_> {
             Some(stated) => vec![
                 all(&|n| n.full == stated),
                 all(&|n| n.is(stated)),
-                // A campaign may name the format's own column and be given a file that `simulate` wrote.
+                // A campaign may name the format's own column and be given a file that `simulate`
+                // wrote.
                 all(&|n| stated == wanted.usual[0] && n.full == wanted.usual[1]),
             ],
             None => vec![

@@ -23,7 +23,8 @@ const fn of(delimiter: Delimiter, decimal: char) -> Dialect {
     Dialect { delimiter, decimal }
 }
 
-/// Those that are tried where campaign.toml states none; of two that fit equally well the first is taken.
+/// Those that are tried where campaign.toml states none; of two that fit equally well the first is
+/// taken.
 const USUAL: [Dialect; 7] = [
     of(Delimiter::Sign(b','), '.'),
     of(Delimiter::Sign(b';'), '.'),
@@ -37,7 +38,8 @@ const USUAL: [Dialect; 7] = [
 const LOOKED_AT: usize = 4000;
 
 impl Dialect {
-    /// The one that makes most lines rows of numbers; with a `stated` delimiter only the decimal mark is open.
+    /// The one that makes most lines rows of numbers; with a `stated` delimiter only the decimal
+    /// mark is open.
     pub fn find(lines: &[(u64, &str)], stated: Option<u8>) -> Dialect {
         let tried: Vec<Dialect> = match stated {
             None => USUAL.to_vec(),
@@ -174,7 +176,8 @@ struct Fit {
     headed: bool,
     /// There are several fields.
     several: bool,
-    /// Sum over all lines of the share of fields that are numbers: for tables with a column of texts.
+    /// Sum over all lines of the share of fields that are numbers: for tables with a column of
+    /// texts.
     share: f64,
 }
 

@@ -10,8 +10,9 @@ pub(super) struct Text {
     pub encoding: Option<&'static str>,
 }
 
-/// Decodes `bytes`: by the byte order mark where there is one; else UTF-8; else UTF-16 where every other byte is zero; else
-/// Windows-1252, in which old loggers write `µ` and `°`. Numbers look the same in all that begin with ASCII.
+/// Decodes `bytes`: by the byte order mark where there is one; else UTF-8; else UTF-16 where every
+/// other byte is zero; else Windows-1252, in which old loggers write `µ` and `°`. Numbers look the
+/// same in all that begin with ASCII.
 pub(super) fn decode(bytes: &[u8]) -> Text {
     if let Some((encoding, mark)) = Encoding::for_bom(bytes) {
         let (content, _) = encoding.decode_without_bom_handling(&bytes[mark..]);

@@ -60,8 +60,8 @@ impl Header {
     }
 }
 
-/// A line of names with as many fields as the rows have. A delimiter behind the last counts for nothing, in rows
-/// (`trailing`) as in names.
+/// A line of names with as many fields as the rows have. A delimiter behind the last counts for
+/// nothing, in rows (`trailing`) as in names.
 fn fitted(mut names: Vec<String>, fields: usize, trailing: bool) -> Option<Vec<String>> {
     if names.len() == fields + 1 && names.last().is_some_and(String::is_empty) {
         names.pop();

@@ -1,4 +1,5 @@
-//! The same run as many loggers write it: every file gives the same samples, and one line that says how it was read.
+//! The same run as many loggers write it: every file gives the same samples, and one line that says
+//! how it was read.
 
 use std::fmt::Write as _;
 use std::fs;

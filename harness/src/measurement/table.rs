@@ -34,8 +34,9 @@ pub(super) struct Table {
 const BROKEN: usize = 3;
 
 impl Table {
-    /// Reads a file. Lines that begin with `#`, `%`, `//` or `;` are comments. The table is the longest block of rows of
-    /// numbers with the same number of fields; what stands above it is header, what stands below must belong to it.
+    /// Reads a file. Lines that begin with `#`, `%`, `//` or `;` are comments. The table is the
+    /// longest block of rows of numbers with the same number of fields; what stands above it is
+    /// header, what stands below must belong to it.
     ///
     /// # Errors
     /// [`Error`] where the file can't be read or has no row of numbers.
@@ -112,7 +113,8 @@ impl Table {
         })
     }
 
-    /// What to say where a column is not found: that the header does not fit the rows, where it does not; else `error`.
+    /// What to say where a column is not found: that the header does not fit the rows, where it
+    /// does not; else `error`.
     pub fn lacks(&self, error: Error) -> Error {
         match self.unfit {
             Some((line, found)) => Error::CsvRecord {
@@ -135,7 +137,8 @@ impl Table {
     /// The numbers of some columns, row by row; NaN where a sample is missing.
     ///
     /// # Errors
-    /// A row with another number of fields, a text among the numbers, a column without a single number.
+    /// A row with another number of fields, a text among the numbers, a column without a single
+    /// number.
     pub fn columns<const N: usize>(&self, columns: [usize; N]) -> Result<[Vec<f64>; N], Error> {
         let mut values: [Vec<f64>; N] =
             std::array::from_fn(|_| Vec::with_capacity(self.rows.len()));
@@ -254,7 +257,8 @@ fn beginning(kinds: &[Line]) -> Option<(usize, usize)> {
         }
         first += block.len();
     }
-    // Broken rows do not end a table: a block is joined with the one before if all between begin as rows do.
+    // Broken rows do not end a table: a block is joined with the one before if all between begin as
+    // rows do.
     let mut joined: Vec<Range<usize>> = Vec::new();
     for block in blocks {
         match joined.last_mut() {
@@ -270,7 +274,8 @@ fn beginning(kinds: &[Line]) -> Option<(usize, usize)> {
         }
     }
     let longest = joined.into_iter().max_by_key(ExactSizeIterator::len)?;
-    // Nor do they begin one late: what begins with a number between the names and the first whole row is a broken row.
+    // Nor do they begin one late: what begins with a number between the names and the first whole
+    // row is a broken row.
     let broken = kinds[..longest.start]
         .iter()
         .rev()

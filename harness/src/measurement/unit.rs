@@ -137,7 +137,8 @@ pub(super) struct Name {
 }
 
 impl Name {
-    /// Takes a name apart: `x [mm]`, `x (mm)`, `x/mm`. What is no known unit stays part of the name.
+    /// Takes a name apart: `x [mm]`, `x (mm)`, `x/mm`. What is no known unit stays part of the
+    /// name.
     pub fn read(full: &str) -> Name {
         let in_brackets = |open: char, close: char| {
             let inside = full.strip_suffix(close)?;
