@@ -304,7 +304,14 @@ fn the_harness_knows_the_model_by_its_fmu_alone() {
 #[test]
 fn imports_within_the_harness_go_one_way() {
     let lowest = ["measurement", "fmu"];
-    let middle = ["observer", "dimension", "diagnose", "metric", "report"];
+    let middle = [
+        "observer",
+        "dimension",
+        "diagnose",
+        "check",
+        "metric",
+        "report",
+    ];
     let mut breaches = Vec::new();
     let mut check = |room: &str, forbidden: &[&str]| {
         if !root().join("harness/src").join(room).is_dir() {
@@ -336,6 +343,10 @@ fn imports_within_the_harness_go_one_way() {
     );
     check("observer", &["diagnose", "report", "fmu"]);
     check(
+        "check",
+        &["observer", "dimension", "diagnose", "report", "fmu"],
+    );
+    check(
         "dimension",
         &[
             "observer",
@@ -347,7 +358,7 @@ fn imports_within_the_harness_go_one_way() {
         ],
     );
     none(
-        "command -> {observer, dimension, diagnose, metric, report} -> {measurement, fmu}",
+        "command -> {observer, dimension, diagnose, check, metric, report} -> {measurement, fmu}",
         breaches,
     );
 }

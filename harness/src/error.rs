@@ -182,11 +182,13 @@ pub enum Error {
         campaign: PathBuf,
     },
     /// A CSV file lacks a column.
-    #[error("{}:1: no column '{column}'; the header has {}{}; name the right one with {key} in campaign.toml",
+    #[error("{}:{line}: no column '{column}'; the header has {}{}; name the right one with {key} in campaign.toml",
         path.display(), quoted(present), suggestion(nearest.as_slice()))]
     MissingColumn {
         /// The CSV file.
         path: PathBuf,
+        /// Line of the header, counted from 1.
+        line: u64,
         /// The column looked for.
         column: String,
         /// The key of campaign.toml that chooses this column.
@@ -207,7 +209,7 @@ pub enum Error {
         problem: String,
     },
     /// A sample that is not a finite number.
-    #[error("{}:{line}: '{value}' in column '{column}' is not a finite number; delete the line (a missing sample is allowed) or repair the value", path.display())]
+    #[error("{}:{line}: '{value}' in column '{column}' is not a finite number; {remedy}", path.display())]
     NotANumber {
         /// The CSV file.
         path: PathBuf,
@@ -217,6 +219,60 @@ pub enum Error {
         column: String,
         /// The text found.
         value: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A file without a row of numbers.
+    #[error("{}:{line}: no row of numbers in this file, this line reads '{text}'; export the samples as plain numbers, columns separated by commas, semicolons, tabs or spaces", path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// Line of the first text below the header, counted from 1.
+        line: u64,
+        /// That text.
+        text: String,
+    },
+    /// A column without a single sample.
+    #[error("{}:{line}: column '{column}' has no number in any of its {rows} rows; name another column in campaign.toml, or export it again", path.display())]
+    EmptyColumn {
+        /// The file.
+        path: PathBuf,
+        /// Line of the header, counted from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// Rows of the table.
+        rows: usize,
+    },
+    /// More than one column that may be meant.
+    #[error("{}:{line}: {} are all {quantity}, and one is needed; name it with {key} in campaign.toml, each name once", path.display(), quoted(found))]
+    SeveralColumns {
+        /// The file.
+        path: PathBuf,
+        /// Line of the header, counted from 1.
+        line: u64,
+        /// What they measure.
+        quantity: &'static str,
+        /// Their names.
+        found: Vec<String>,
+        /// The key of campaign.toml that chooses.
+        key: &'static str,
+    },
+    /// A column in a unit of something else.
+    #[error("{}:{line}: column '{column}' is in {problem}; name another with {key} in campaign.toml, or state {scale_key} if the unit is wrong", path.display())]
+    ColumnQuantity {
+        /// The file.
+        path: PathBuf,
+        /// Line of the header, counted from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// Its unit, and what is needed.
+        problem: String,
+        /// The key of campaign.toml that chooses a column.
+        key: &'static str,
+        /// The key of campaign.toml for its factor.
+        scale_key: &'static str,
     },
     /// Time repeats or runs backwards.
     #[error("{}:{line}: time {value} s does not come after {previous} s of the line before; sort the file by time and remove repeated lines", path.display())]
@@ -459,6 +515,18 @@ pub enum Error {
         of: usize,
         /// Where they are.
         folder: PathBuf,
+    },
+    /// A campaign with values that can't be meant.
+    #[error("{}: {errors} finding(s) that can't be meant; {runs}: {finding}. `stickslip check` shows all, --force begins all the same", campaign.display())]
+    Questionable {
+        /// The campaign.
+        campaign: PathBuf,
+        /// How many there are.
+        errors: usize,
+        /// Runs that the first concerns.
+        runs: String,
+        /// The first: what was measured, what was stated, what to do.
+        finding: String,
     },
     /// A gate of `--fail-above` is not met.
     #[error("run '{run}': NRMSE {value:.4} is above the limit {limit} set by --fail-above")]

@@ -129,6 +129,10 @@ fn look(path: &Path) -> Option<Found> {
     if head.starts_with(b"PK\x03\x04") {
         return Some(Found::Zip);
     }
+    // A text in UTF-16 has a byte order mark before its zero bytes.
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+        return None;
+    }
     if head.contains(&0) {
         return Some(Found::Binary);
     }

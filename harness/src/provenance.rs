@@ -33,6 +33,9 @@ pub struct Input {
     pub bytes: usize,
     /// SHA-256 in hexadecimal.
     pub sha256: String,
+    /// How it was read, where it is not plain comma-separated values in SI units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub understood: Option<String>,
 }
 
 /// A result with its provenance as one more key.
@@ -57,6 +60,7 @@ impl Provenance {
                     file: file.to_path_buf(),
                     bytes: content.len(),
                     sha256: hexadecimal(&Sha256::digest(&content)),
+                    understood: None,
                 })
             })
             .collect::<Result<Vec<_>, Error>>()?;
@@ -82,7 +86,12 @@ impl Provenance {
         let toml = campaign.folder.join("campaign.toml");
         let runs = campaign.runs.iter().map(|run| run.file.as_path());
         let optional = [toml.as_path(), fmu].into_iter().filter(|f| f.is_file());
-        Provenance::of(&runs.chain(optional).collect::<Vec<_>>())
+        let mut provenance = Provenance::of(&runs.chain(optional).collect::<Vec<_>>())?;
+        // The runs come first.
+        for (input, run) in provenance.inputs.iter_mut().zip(&campaign.runs) {
+            input.understood.clone_from(&run.understood);
+        }
+        Ok(provenance)
     }
 
     /// The JSON text of a result, with this as its key `provenance`.
@@ -103,9 +112,16 @@ impl Provenance {
             ("Inputs, SHA-256", self.inputs_sha256.clone()),
         ];
         let file = |i: &Input| {
+            let understood = i.understood.iter().map(|how| format!(", {how}"));
+            let understood: String = understood.collect();
             (
                 "Input",
-                format!("{} ({} bytes) {}", i.file.display(), i.bytes, i.sha256),
+                format!(
+                    "{} ({} bytes) {}{understood}",
+                    i.file.display(),
+                    i.bytes,
+                    i.sha256
+                ),
             )
         };
         lines.extend(self.inputs.iter().map(file));

@@ -28,6 +28,7 @@ fn bases(command: &str, files: &Files) -> Vec<Base> {
     let short = [("settle", "4"), ("cycles", "10"), ("threads", "1")];
     match command {
         "simulate" => vec![line(&[("duration", "1e-3"), ("step", "1e-3")])],
+        "check" => vec![vec![("campaign", campaign)]],
         "compare" | "diagnose" => vec![line(&[("campaign", &campaign)])],
         "try" => vec![line(&[("campaign", &campaign), ("add", "third_mode")])],
         "blind-test" => vec![line(&[("folder", &files.path("blind"))])],

@@ -9,11 +9,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::diagnose::{Search, diagnose};
+use super::given_campaign::{self, Forced};
 use super::progress::Progress;
 use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
-use crate::measurement::Campaign;
 use crate::metric::half_width;
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
@@ -34,6 +34,8 @@ pub struct Arguments {
     /// Only these campaigns, by name
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     only: Vec<String>,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// One campaign's result.
@@ -88,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let folder = arguments.output.join(&name);
         make_folder(&folder)?;
         let start = Instant::now();
-        let campaign = Campaign::load(&arguments.folder.join(&name))?;
+        let campaign = given_campaign::load(&arguments.folder.join(&name), arguments.forced)?;
         let diagnosis = diagnose(&fmu, &campaign, &Search::default(), &folder, &progress)?;
         let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
         let case = score(

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::diagnose_page::likely;
+use super::given_campaign::Forced;
 use super::progress::Progress;
-use super::{diagnose_page, pack, proposed_effect, repaired_model};
+use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::hypothesis::structure;
@@ -55,6 +56,8 @@ pub struct Arguments {
     /// Tell on standard error how long each stage took and what was computed
     #[arg(short, long)]
     verbose: bool,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
@@ -69,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             rule: format!("campaigns would take months; give {MOST_NULL} or less"),
         });
     }
-    let campaign = Campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);

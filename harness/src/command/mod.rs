@@ -1,6 +1,7 @@
 //! The commands of `stickslip`, one file each.
 
 pub mod blind_test;
+pub mod check;
 pub mod compare;
 pub mod cross_check;
 pub mod demo;
@@ -8,6 +9,7 @@ pub mod diagnose;
 mod diagnose_page;
 pub mod dimension;
 pub mod effects;
+mod given_campaign;
 pub mod observe;
 pub mod operating_options;
 pub mod operating_point;

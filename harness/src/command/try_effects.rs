@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::diagnose::{report, terminal, written_json};
+use super::given_campaign::{self, Forced};
 use super::progress::Progress;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::climb;
 use crate::diagnose::selection::select::follow;
 use crate::diagnose::stages;
 use crate::error::Error;
-use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line};
 use crate::watch::Watch;
 
@@ -33,11 +33,13 @@ pub struct Arguments {
     /// Print diagnosis.json instead of the summary
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let campaign = Campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let mut problem = Problem::new(&fmu, &campaign)?;
     let mut effects = Vec::new();

@@ -94,15 +94,43 @@ fn messages_of_csv_files() {
     let with = |from, to| message(CAMPAIGN, &good_csv().replacen(from, to, 1));
     let messages = [
         with("tip_displacement_m", "displacement_m"),
-        with("0.0003,0.000003", "0.0003,NaN"),
+        with("0.0003,0.000003", "0.0003,inf"),
         with("0.0003,0.000003", "0.0003,3 um"),
         with("0.0003,", "0.0002,"),
         with("0.0003,", "0.0001,"),
         with("0.0003,", "0.0003,1,"),
         message(CAMPAIGN, ""),
         message(CAMPAIGN, "time_s,tip_displacement_m\n0,0\n"),
+        // Cut off, mixed, empty, ambiguous, in another unit, in words.
+        message(CAMPAIGN, good_csv().trim_end().rsplit_once(',').unwrap().0),
+        with("0.0003,", "0.0003;"),
+        with("0.0003,0.000003", "\"0,0003\",0.000003"),
+        with("0.0000,0\n", "0.0000,0,0\n"),
+        message(
+            CAMPAIGN,
+            &three_columns("time_s,y,tip_displacement_m").replace(",1\n", ",\n"),
+        ),
+        message(CAMPAIGN, &three_columns("time_s,time_s,tip_displacement_m")),
+        with("time_s,tip_displacement_m", "time_s,x [mm],y [mm]"),
+        message(CAMPAIGN, &three_columns("t [s],t2 [ms],x [mm]")),
+        message(CAMPAIGN, &three_columns("t [s],x [mm],y [mm]")),
+        message(
+            CAMPAIGN,
+            &three_columns("t [s],tip_displacement_m [mm/s],y [mm]"),
+        ),
+        message(
+            CAMPAIGN,
+            "time_s,tip_displacement_m\n0.1 s,3 um\n0.2 s,4 um\n",
+        ),
     ];
     insta::assert_snapshot!(messages.join("\n"));
+}
+
+/// A good file with a column of ones added and other names.
+fn three_columns(header: &str) -> String {
+    let good = good_csv();
+    let rows = good.lines().skip(1).map(|line| format!("{line},1\n"));
+    format!("{header}\n{}", rows.collect::<String>())
 }
 
 #[test]

@@ -71,6 +71,7 @@ struct RawChannels {
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
+    sample_rate_hz: Option<Spanned<f64>>,
 }
 
 // Not `flatten`ed with RawChannels: serde cannot refuse unknown keys there.
@@ -87,6 +88,7 @@ struct RawRun {
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
+    sample_rate_hz: Option<Spanned<f64>>,
 }
 
 /// Reads and checks the file.
@@ -147,6 +149,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         time_scale: None,
         displacement_scale: None,
         delimiter: None,
+        sample_rate_hz: None,
     };
     Ok(CampaignFile {
         name: None,
@@ -219,9 +222,9 @@ impl Check<'_> {
             .collect()
     }
 
-    fn delimiter(&self, given: Option<Spanned<char>>) -> Result<u8, Error> {
+    fn delimiter(&self, given: Option<Spanned<char>>) -> Result<Option<u8>, Error> {
         let Some(given) = given else {
-            return Ok(b',');
+            return Ok(None);
         };
         let line = line_of(self.text, given.span());
         let delimiter = given.into_inner();
@@ -230,7 +233,7 @@ impl Check<'_> {
             || delimiter == ' '
             || delimiter == '\t';
         match u8::try_from(delimiter) {
-            Ok(byte) if fits => Ok(byte),
+            Ok(byte) if fits => Ok(Some(byte)),
             _ => Err(Error::CampaignFile {
                 path: self.path.to_owned(),
                 line,
@@ -320,8 +323,8 @@ impl Check<'_> {
         let scale = |key, rule, own: Option<Spanned<f64>>, common: Option<Spanned<f64>>| match own
             .or(common)
         {
-            Some(value) => self.number(key, "1", rule, value),
-            None => Ok(1.0),
+            Some(value) => self.number(key, "1", rule, value).map(Some),
+            None => Ok(None),
         };
         let stem = || {
             Path::new(&raw.file)
@@ -348,14 +351,8 @@ impl Check<'_> {
                 raw.normal_force_n,
             )?,
             channels: Channels {
-                time_column: raw
-                    .time_column
-                    .or(common.time_column)
-                    .unwrap_or_else(|| "time_s".into()),
-                displacement_column: raw
-                    .displacement_column
-                    .or(common.displacement_column)
-                    .unwrap_or_else(|| "tip_displacement_m".into()),
+                time_column: raw.time_column.or(common.time_column),
+                displacement_column: raw.displacement_column.or(common.displacement_column),
                 time_scale: scale("time_scale", POSITIVE, raw.time_scale, common.time_scale)?,
                 displacement_scale: scale(
                     "displacement_scale",
@@ -364,6 +361,10 @@ impl Check<'_> {
                     common.displacement_scale,
                 )?,
                 delimiter: self.delimiter(raw.delimiter.or(common.delimiter))?,
+                sample_rate: match raw.sample_rate_hz.or(common.sample_rate_hz) {
+                    Some(rate) => Some(self.number("sample_rate_hz", "Hz", POSITIVE, rate)?),
+                    None => None,
+                },
             },
             file: raw.file,
         })

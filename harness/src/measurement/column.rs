@@ -1,18 +1,19 @@
-//! One column of any CSV file, as a series at even times.
+//! One column of any table, as a series at even times.
 
-use std::fs::File;
 use std::path::Path;
 
-use csv::{ReaderBuilder, Trim};
-
+use super::table::Table;
+use super::unit::{Name, Quantity};
 use crate::error::Error;
 use crate::wording::nearest;
 
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name; `value` for a file without a header.
+    /// Its name without a unit; `value` for a file without a header.
     pub name: String,
+    /// SI unit of the values, where the header says in which unit they are written.
+    pub unit: Option<&'static str>,
     /// Sample interval, s, if the file has a column of times.
     pub interval: Option<f64>,
     /// Samples; NaN where one is missing.
@@ -26,45 +27,27 @@ const USUAL: [&str; 2] = ["tip_displacement_m", "tip_displacement"];
 /// Share of the interval that a sample may lie off the grid.
 const OFF_GRID: f64 = 0.1;
 
-/// Reads a column. Lines that begin with `#` are comments; an empty field or `NaN` is a missing sample, and so is a gap in the times.
+/// Reads a column of a table in any dialect ([`Table`]), with the SI factor of the unit in its name. An empty field, `NaN` or
+/// `-` is a missing sample, and so is a gap in the times.
 ///
 /// # Errors
 /// [`Error`] with line and value where the file cannot be read as such.
 pub fn read_column(path: &Path, wanted: Option<&str>) -> Result<Column, Error> {
-    let file = File::open(path).map_err(Error::read(path))?;
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .trim(Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(file);
-    let mut records = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| Error::CsvRecord {
+    let table = Table::read(path, None)?;
+    let names = &table.names;
+    let rows = table.lines().count();
+    if rows < 2 {
+        return Err(Error::TooFewSamples {
             path: path.to_owned(),
-            line: e.position().map_or(1, csv::Position::line),
-            problem: "not as many fields as the first line, or not UTF-8 text".into(),
-        })?;
-        records.push(record);
+            samples: rows,
+            needed: 2,
+        });
     }
-    let few = |samples| Error::TooFewSamples {
-        path: path.to_owned(),
-        samples,
-        needed: 2,
-    };
-    let first = records.first().ok_or_else(|| few(0))?;
-    let bare = first.iter().all(|f| f.parse::<f64>().is_ok());
-    let header: Vec<String> = match bare {
-        true if first.len() == 1 => vec!["value".into()],
-        true => (1..=first.len()).map(|i| format!("column{i}")).collect(),
-        false => first.iter().map(str::to_owned).collect(),
-    };
-    let rows = &records[usize::from(!bare)..];
-    if rows.len() < 2 {
-        return Err(few(rows.len()));
-    }
-    let time_at = header.iter().position(|h| TIMES.contains(&h.as_str()));
-    let others: Vec<usize> = (0..header.len()).filter(|i| Some(*i) != time_at).collect();
-    let place = |name: &str| header.iter().position(|h| h == name);
+    let is_time =
+        |name: &Name| TIMES.contains(&name.bare.as_str()) || name.measures(Quantity::Time);
+    let time_at = names.iter().position(is_time);
+    let others: Vec<usize> = (0..names.len()).filter(|i| Some(*i) != time_at).collect();
+    let place = |name: &str| names.iter().position(|n| n.is(name));
     let at = match wanted {
         Some(name) => place(name),
         None => USUAL
@@ -75,43 +58,48 @@ pub fn read_column(path: &Path, wanted: Option<&str>) -> Result<Column, Error> {
     let at = at.ok_or_else(|| Error::ColumnChoice {
         path: path.to_owned(),
         wanted: wanted.map(str::to_owned),
-        present: header.clone(),
+        present: names.iter().map(|n| n.full.clone()).collect(),
         nearest: nearest(
             wanted.unwrap_or_default(),
-            header.iter().map(String::as_str),
+            names.iter().map(|n| n.full.as_str()),
         ),
     })?;
-    let read = |column: usize, missing: bool| -> Result<Vec<f64>, Error> {
-        rows.iter()
-            .map(|row| {
-                let text = &row[column];
-                let value = match text {
-                    "" => Some(f64::NAN),
-                    _ => text.parse::<f64>().ok(),
-                };
-                let fits = |v: &f64| v.is_finite() || missing && v.is_nan();
-                value.filter(fits).ok_or_else(|| Error::NotANumber {
-                    path: path.to_owned(),
-                    line: row.position().map_or(0, csv::Position::line),
-                    column: header[column].clone(),
-                    value: text.to_owned(),
-                })
-            })
-            .collect()
+    let factor = |column: usize| names[column].unit.map_or(1.0, |unit| unit.factor);
+    let name = match names[at].bare.as_str() {
+        "" => names[at].full.clone(),
+        bare => bare.to_owned(),
     };
-    let values = read(at, true)?;
+    let unit = names[at].unit.and_then(|unit| unit.quantity.si());
     let Some(time_at) = time_at else {
+        let [mut values] = table.columns([at])?;
+        values.iter_mut().for_each(|v| *v *= factor(at));
         return Ok(Column {
-            name: header[at].clone(),
+            name,
+            unit,
             interval: None,
             values,
         });
     };
-    let time = read(time_at, false)?;
-    let line = |i: usize| rows[i].position().map_or(0, csv::Position::line);
-    let (interval, values) = on_grid(path, &time, values, &line)?;
+    let [times, values] = table.columns([time_at, at])?;
+    let (mut time, mut kept, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+    for ((line, t), value) in table.lines().zip(times).zip(values) {
+        if !t.is_nan() {
+            time.push(t * factor(time_at));
+            kept.push(value * factor(at));
+            lines.push(line);
+        }
+    }
+    if time.len() < 2 {
+        return Err(Error::TooFewSamples {
+            path: path.to_owned(),
+            samples: time.len(),
+            needed: 2,
+        });
+    }
+    let (interval, values) = on_grid(path, &time, kept, &|i| lines[i])?;
     Ok(Column {
-        name: header[at].clone(),
+        name,
+        unit,
         interval: Some(interval),
         values,
     })

@@ -1,57 +1,66 @@
-//! Two columns of a CSV file, in SI units.
+//! Two columns of a table, in SI units.
 
-use std::fs::File;
 use std::path::Path;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
-
+use super::table::Table;
+use super::unit::{Name, Quantity};
 use crate::error::Error;
 use crate::wording::nearest;
 
-/// Which columns to read, and the factors that turn them into s and m.
+/// Which columns to read, and the factors that turn them into s and m. What is `None` is found in
+/// the header.
 pub(super) struct Channels {
-    pub time_column: String,
-    pub displacement_column: String,
-    pub time_scale: f64,
-    pub displacement_scale: f64,
-    pub delimiter: u8,
+    pub time_column: Option<String>,
+    pub displacement_column: Option<String>,
+    pub time_scale: Option<f64>,
+    pub displacement_scale: Option<f64>,
+    pub delimiter: Option<u8>,
+    /// Samples per second, for a file without a column of times.
+    pub sample_rate: Option<f64>,
 }
 
-/// Reads time (s) and displacement (m). Lines that begin with `#` are comments.
-pub(super) fn read(path: &Path, channels: &Channels) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    let file = File::open(path).map_err(Error::read(path))?;
-    let mut reader = ReaderBuilder::new()
-        .delimiter(channels.delimiter)
-        .trim(Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(file);
-    let header = reader
-        .headers()
-        .map_err(|e| record_error(path, &e))?
-        .clone();
-    if header.is_empty() {
-        return Err(Error::TooFewSamples {
-            path: path.to_owned(),
-            samples: 0,
-            needed: super::FEWEST_SAMPLES,
-        });
-    }
-    let time_at = column(path, &header, &channels.time_column, "time_column")?;
-    let displacement_at = column(
-        path,
-        &header,
-        &channels.displacement_column,
-        "displacement_column",
-    )?;
+/// Time and displacement.
+pub(super) struct Record {
+    /// s; strictly increasing.
+    pub time: Vec<f64>,
+    /// m.
+    pub displacement: Vec<f64>,
+    /// How the file was read, where it is not plain comma-separated values in SI units.
+    pub understood: Option<String>,
+}
 
-    let (mut time, mut displacement) = (Vec::new(), Vec::new());
-    let mut record = StringRecord::new();
-    while reader
-        .read_record(&mut record)
-        .map_err(|e| record_error(path, &e))?
-    {
-        let line = record.position().map_or(0, csv::Position::line);
-        let t = number(path, line, &channels.time_column, &record[time_at])? * channels.time_scale;
+/// Reads time (s) and displacement (m). Rows without a displacement or a time are left out, as
+/// missing samples.
+pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
+    let table = Table::read(path, channels.delimiter)?;
+    let choice = Choice {
+        path,
+        table: &table,
+    };
+    let mut differs = table.differs.clone();
+    let at = choice.column(&DISPLACEMENT, channels.displacement_column.as_deref())?;
+    let scale = choice.scale(&DISPLACEMENT, at, channels.displacement_scale, &mut differs)?;
+    let (times, values) = match channels.sample_rate {
+        Some(rate) => {
+            differs.push(format!("times from sample_rate_hz = {rate}"));
+            let [values] = table.columns([at])?;
+            let times = (0..values.len()).map(|i| i as f64 / rate).collect();
+            (times, values)
+        }
+        None => {
+            let time_at = choice.column(&TIME, channels.time_column.as_deref())?;
+            let scale = choice.scale(&TIME, time_at, channels.time_scale, &mut differs)?;
+            let [mut times, values] = table.columns([time_at, at])?;
+            times.iter_mut().for_each(|t| *t *= scale);
+            (times, values)
+        }
+    };
+    let rows = values.len();
+    let (mut time, mut displacement) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
+    for ((line, t), value) in table.lines().zip(times).zip(values) {
+        if t.is_nan() || value.is_nan() {
+            continue;
+        }
         if let Some(&previous) = time.last()
             && t <= previous
         {
@@ -63,68 +72,138 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<(Vec<f64>, Vec<f6
             });
         }
         time.push(t);
-        displacement.push(
-            number(
-                path,
-                line,
-                &channels.displacement_column,
-                &record[displacement_at],
-            )? * channels.displacement_scale,
-        );
+        displacement.push(value * scale);
     }
-    Ok((time, displacement))
+    if time.len() < rows {
+        let missing = rows - time.len();
+        differs.push(format!("{missing} of {rows} samples missing"));
+    }
+    Ok(Record {
+        time,
+        displacement,
+        understood: (!differs.is_empty()).then(|| differs.join(", ")),
+    })
 }
 
-/// Names of the usual columns in the CSV files that `simulate` writes.
-const SIMULATED: [(&str, &str); 2] = [
-    ("time_s", "time"),
-    ("tip_displacement_m", "tip_displacement"),
-];
-
-fn column(
-    path: &Path,
-    header: &StringRecord,
-    name: &str,
+/// What a column is looked for by.
+struct Wanted {
+    quantity: Quantity,
+    /// Names that it has where campaign.toml gives none: the format's own, and the one that
+    /// `simulate` writes.
+    usual: [&'static str; 2],
+    /// Names without a unit that say as much, in lower case.
+    plain: &'static [&'static str],
     key: &'static str,
-) -> Result<usize, Error> {
-    let missing = || Error::MissingColumn {
-        path: path.to_owned(),
-        column: name.to_owned(),
-        key,
-        present: header.iter().map(str::to_owned).collect(),
-        nearest: nearest(name, header.iter()),
-    };
-    let place = |name: &str| header.iter().position(|h| h == name);
-    let as_simulated = || SIMULATED.iter().find(|(own, _)| *own == name);
-    place(name)
-        .or_else(|| as_simulated().and_then(|(_, simulated)| place(simulated)))
-        .ok_or_else(missing)
+    scale_key: &'static str,
+    unit: &'static str,
 }
 
-fn number(path: &Path, line: u64, column: &str, text: &str) -> Result<f64, Error> {
-    let refuse = || Error::NotANumber {
-        path: path.to_owned(),
-        line,
-        column: column.to_owned(),
-        value: text.to_owned(),
-    };
-    text.parse()
-        .ok()
-        .filter(|v: &f64| v.is_finite())
-        .ok_or_else(refuse)
+const TIME: Wanted = Wanted {
+    quantity: Quantity::Time,
+    usual: ["time_s", "time"],
+    plain: &["time", "t", "zeit"],
+    key: "time_column",
+    scale_key: "time_scale",
+    unit: "s",
+};
+const DISPLACEMENT: Wanted = Wanted {
+    quantity: Quantity::Length,
+    usual: ["tip_displacement_m", "tip_displacement"],
+    plain: &[],
+    key: "displacement_column",
+    scale_key: "displacement_scale",
+    unit: "m",
+};
+
+struct Choice<'a> {
+    path: &'a Path,
+    table: &'a Table,
 }
 
-fn record_error(path: &Path, error: &csv::Error) -> Error {
-    let problem = match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => format!("{len} fields where the header has {expected_len}"),
-        csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".into(),
-        _ => error.to_string(),
-    };
-    Error::CsvRecord {
-        path: path.to_owned(),
-        line: error.position().map_or(1, csv::Position::line),
-        problem,
+impl Choice<'_> {
+    /// The column named; without a name the usual one, else the only one with a unit of the
+    /// quantity, else the only one with a plain name.
+    fn column(&self, wanted: &Wanted, stated: Option<&str>) -> Result<usize, Error> {
+        let names = &self.table.names;
+        let all = |fits: &dyn Fn(&Name) -> bool| -> Vec<usize> {
+            (0..names.len()).filter(|i| fits(&names[*i])).collect()
+        };
+        let ways: Vec<Vec<usize>> = match stated {
+            Some(stated) => vec![
+                all(&|n| n.full == stated),
+                all(&|n| n.is(stated)),
+                // A campaign may name the format's own column and be given a file that `simulate`
+                // wrote.
+                all(&|n| stated == wanted.usual[0] && n.full == wanted.usual[1]),
+            ],
+            None => vec![
+                all(&|n| n.full == wanted.usual[0]),
+                all(&|n| n.is(wanted.usual[0])),
+                all(&|n| n.is(wanted.usual[1])),
+                all(&|n| n.measures(wanted.quantity)),
+                all(&|n| {
+                    n.unit.is_none() && wanted.plain.contains(&n.bare.to_lowercase().as_str())
+                }),
+            ],
+        };
+        let present = || names.iter().map(|n| n.full.clone()).collect();
+        match ways.into_iter().find(|found| !found.is_empty()) {
+            Some(found) if found.len() == 1 => Ok(found[0]),
+            Some(found) => Err(Error::SeveralColumns {
+                path: self.path.to_owned(),
+                line: self.table.header_line,
+                quantity: wanted.quantity.words(),
+                found: found.iter().map(|i| names[*i].full.clone()).collect(),
+                key: wanted.key,
+            }),
+            None => {
+                let name = stated.unwrap_or(wanted.usual[0]);
+                Err(self.table.lacks(Error::MissingColumn {
+                    path: self.path.to_owned(),
+                    line: self.table.header_line,
+                    column: name.to_owned(),
+                    key: wanted.key,
+                    present: present(),
+                    nearest: nearest(name, names.iter().map(|n| n.full.as_str())),
+                }))
+            }
+        }
+    }
+
+    /// The factor to SI: the one stated, else that of the column's unit.
+    fn scale(
+        &self,
+        wanted: &Wanted,
+        at: usize,
+        stated: Option<f64>,
+        differs: &mut Vec<String>,
+    ) -> Result<f64, Error> {
+        let name = &self.table.names[at];
+        if let Some(scale) = stated {
+            return Ok(scale);
+        }
+        let Some(unit) = name.unit else {
+            return Ok(1.0);
+        };
+        if unit.quantity != wanted.quantity {
+            return Err(Error::ColumnQuantity {
+                path: self.path.to_owned(),
+                line: self.table.header_line,
+                column: name.full.clone(),
+                problem: format!(
+                    "{}, {}, where {} is needed",
+                    unit.symbol,
+                    unit.quantity.words(),
+                    wanted.quantity.words()
+                ),
+                key: wanted.key,
+                scale_key: wanted.scale_key,
+            });
+        }
+        if unit.factor != 1.0 {
+            let (full, symbol) = (&name.full, unit.symbol);
+            differs.push(format!("'{full}' in {symbol} taken to {}", wanted.unit));
+        }
+        Ok(unit.factor)
     }
 }

@@ -14,11 +14,18 @@
 //! reported, never filled.
 
 mod campaign_file;
+mod cell;
 mod column;
 mod csv_table;
+mod dialect;
+mod encoding;
 mod faults;
+mod header;
+mod lines;
 mod noise;
 mod sampling;
+mod table;
+mod unit;
 
 use std::path::{Path, PathBuf};
 
@@ -115,6 +122,8 @@ pub struct Run {
     pub noise: Noise,
     /// Samples that look clipped or held by the recorder.
     pub faults: Vec<Fault>,
+    /// How the file was read, where it is not plain comma-separated values in SI units.
+    pub understood: Option<String>,
 }
 
 impl Run {
@@ -209,7 +218,11 @@ impl Campaign {
 
 fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
-    let (time, displacement) = csv_table::read(&file, &entry.channels)
+    let csv_table::Record {
+        time,
+        displacement,
+        understood,
+    } = csv_table::read(&file, &entry.channels)
         .map_err(|error| explain(error, &file, Wanted::Table))?;
     if time.len() < FEWEST_SAMPLES {
         return Err(Error::TooFewSamples {
@@ -249,8 +262,11 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         sampling,
         noise,
         faults,
+        understood,
     })
 }
 
 #[cfg(test)]
 mod bad_input;
+#[cfg(test)]
+mod logger_files;

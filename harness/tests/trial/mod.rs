@@ -44,7 +44,13 @@ pub fn complaint(folder: &Path, line: &[String]) -> Option<String> {
     let documented = Exit::ALL
         .iter()
         .any(|exit| status.code() == Some(i32::from(exit.code())));
-    let one_line = said.lines().count() == 1 && said.trim().len() > "error:".len();
+    // What was understood of a file, or questioned in it, may stand before.
+    let errors = said.lines().filter(|line| line.starts_with("error:"));
+    let one_line = errors.count() == 1
+        && said
+            .lines()
+            .last()
+            .is_some_and(|line| line.starts_with("error:") && line.len() > "error: ".len());
     let well = documented && !said.contains("panicked") && (status.success() || one_line);
     let begin: String = said.chars().take(400).collect();
     (!well).then(|| format!("{status}: {begin}"))

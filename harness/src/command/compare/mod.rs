@@ -18,6 +18,7 @@ use comparison::compare_run;
 pub use comparison::RunComparison;
 use from_start_states::Held;
 
+use super::given_campaign::{self, Forced};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Run};
@@ -43,6 +44,8 @@ pub struct Arguments {
     /// Exit with code 1 if any run's NRMSE is above this
     #[arg(long, value_name = "NRMSE")]
     fail_above: Option<f64>,
+    #[command(flatten)]
+    forced: Forced,
 }
 
 impl Arguments {
@@ -54,6 +57,7 @@ impl Arguments {
             output,
             json: false,
             fail_above: None,
+            forced: Forced::default(),
         }
     }
 }
@@ -61,7 +65,7 @@ impl Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let limit = arguments.fail_above.map(positive).transpose()?;
-    let campaign = Campaign::load(&arguments.campaign)?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     // Before the work, so that a folder that cannot be made costs no time.
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;

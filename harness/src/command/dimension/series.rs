@@ -47,10 +47,13 @@ pub fn get(arguments: &Arguments) -> Result<Series, Error> {
 
 fn read(path: &Path, column: Option<&str>) -> Result<Series, Error> {
     let table = read_column(path, column).map_err(|error| explain(error, path, Wanted::Table))?;
-    // Names end in their unit, as in tip_displacement_m.
-    let unit = ["m", "mm", "um", "v", "n"]
-        .into_iter()
-        .find(|u| table.name.ends_with(&format!("_{u}")));
+    // Names end in their unit, as in tip_displacement_m, where the header does not state one.
+    let of_name = || {
+        ["m", "mm", "um", "v", "n"]
+            .into_iter()
+            .find(|u| table.name.ends_with(&format!("_{u}")))
+    };
+    let unit = table.unit.or_else(of_name);
     Ok(Series {
         name: path.display().to_string(),
         quantity: table.name.replace('_', " "),

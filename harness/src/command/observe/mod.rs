@@ -13,6 +13,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 pub use analysis::Observation;
 
+use crate::command::given_campaign;
 use crate::command::operating_options::{OperatingOptions, Said};
 use crate::error::Error;
 use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
@@ -96,6 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let said = arguments.at.read()?;
     let campaign = load(arguments, &said)?;
     let run = find(&campaign, arguments)?;
+    given_campaign::tell_how(run);
     agree(run, &said)?;
     make_folder(&arguments.output)?;
     let mut remarks = Vec::new();
@@ -118,7 +120,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             .cloned()
             .unwrap_or_default(),
     };
-    let provenance = Provenance::of(&[&run.file, &toml])?;
+    let mut provenance = Provenance::of(&[&run.file, &toml])?;
+    provenance.inputs[0].understood.clone_from(&run.understood);
     let into = |name: &str| arguments.output.join(name);
     write_file(&into("force.csv"), files::force(&observation).as_bytes())?;
     write_file(

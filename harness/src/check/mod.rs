@@ -1,0 +1,129 @@
+//! The quality of a campaign's data, before long work begins on them.
+//!
+//! What a run says of itself ([`motion`]) is held against what is stated of it ([`examined`]): in
+//! stick the tip moves with the belt, friction balances the deflection, in slip the tip swings as
+//! its modes do. A value that can't be meant is an error, named with the mistake that would explain
+//! it; deviations that rigs have are none ([`thresholds`]).
+
+mod examined;
+mod finding;
+mod modes;
+pub mod motion;
+pub mod plateau;
+mod scale;
+mod signal;
+mod swapped;
+mod thresholds;
+
+use examined::Examined;
+use finding::gathered;
+pub use finding::{Finding, Severity};
+use serde::Serialize;
+
+use crate::measurement::Campaign;
+
+/// What was found in a campaign.
+#[derive(Debug, Clone, Serialize)]
+pub struct Quality {
+    /// Its name.
+    pub campaign: String,
+    /// The runs in the order of the file.
+    pub runs: Vec<RunQuality>,
+    /// What there is to say, errors first.
+    pub findings: Vec<Finding>,
+}
+
+/// A run in numbers.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunQuality {
+    /// Its name.
+    pub name: String,
+    /// Samples.
+    pub samples: usize,
+    /// Samples per second, Hz.
+    pub sample_rate_hz: f64,
+    /// Noise, m.
+    pub noise_std_m: f64,
+    /// Range of the displacement, m.
+    pub range_m: f64,
+    /// Stated belt speed, m/s.
+    pub belt_velocity_m_per_s: f64,
+    /// Speed of the tip in stick, m/s, where stick is seen.
+    pub stick_speed_m_per_s: Option<f64>,
+    /// Share of the time in stick, 1.
+    pub stick_share: f64,
+    /// Mean deflection times static stiffness over the normal force, 1, where masses and
+    /// frequencies are stated.
+    pub mean_friction: Option<f64>,
+    /// How the file was read, where it is not plain CSV in SI units.
+    pub understood: Option<String>,
+}
+
+impl Quality {
+    /// The findings that are errors.
+    pub fn errors(&self) -> impl Iterator<Item = &Finding> {
+        self.findings
+            .iter()
+            .filter(|finding| finding.severity == Severity::Error)
+    }
+}
+
+/// Looks at a campaign's data.
+pub fn check(campaign: &Campaign) -> Quality {
+    let mut runs: Vec<Examined> = campaign
+        .runs
+        .iter()
+        .map(|run| Examined::of(run, &campaign.beam))
+        .collect();
+    let swapped = swapped::swapped(&runs);
+    let mut findings = Vec::new();
+    let mut scaled = false;
+    // Wrong frequencies make the stiffness wrong and leave stick speeds alone; wrong times spoil
+    // both.
+    let modes = modes::modes(campaign, &runs);
+    let misstated = modes
+        .as_ref()
+        .is_some_and(|finding| finding.severity == Severity::Error)
+        && !runs.iter().any(scale::speed_contradicted);
+    if misstated {
+        runs.iter_mut().for_each(|run| run.stiffness = None);
+    }
+    let mut scales: Vec<Option<Finding>> = runs.iter().map(scale::scale).collect();
+    swapped.iter().for_each(|(at, _)| scales[*at] = None);
+    scale::share(&runs, &mut scales);
+    for (run, finding) in runs.iter().zip(scales) {
+        let timed = finding
+            .as_ref()
+            .is_none_or(|finding| finding.severity == Severity::Warning);
+        scaled |= !timed;
+        findings.extend(finding);
+        findings.extend(signal::signal(run, &campaign.beam, timed));
+    }
+    findings.extend(swapped.into_iter().map(|(_, finding)| finding));
+    if !scaled {
+        findings.extend(modes);
+    }
+    Quality {
+        campaign: campaign.name.clone(),
+        runs: runs.iter().map(RunQuality::of).collect(),
+        findings: gathered(findings),
+    }
+}
+
+impl RunQuality {
+    fn of(run: &Examined) -> RunQuality {
+        let (record, motion) = (run.run, &run.motion);
+        RunQuality {
+            name: record.name.clone(),
+            samples: record.time.len(),
+            sample_rate_hz: 1.0 / record.sample_interval(),
+            noise_std_m: record.noise.std,
+            range_m: motion.range,
+            belt_velocity_m_per_s: record.belt_velocity,
+            stick_speed_m_per_s: motion.stick_speed,
+            stick_share: motion.stick_share,
+            mean_friction: run.mean_friction(),
+            understood: record.understood.clone(),
+        }
+    }
+}

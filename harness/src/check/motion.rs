@@ -1,0 +1,178 @@
+//! What one run says of itself, without a look at what is stated of it.
+
+use super::plateau::{Plateau, plateau};
+use super::thresholds::{LEAST_SPEED, WIDEST_BAND};
+use crate::measurement::{BeamKnowledge, Run};
+use crate::metric::{amplitude, quantile, standard_deviation, stick_velocity, velocity};
+
+/// What is measured in a run.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Speed of the tip in its stick phases, m/s; `None` where no stick is seen.
+    pub stick_speed: Option<f64>,
+    /// Share of the samples in stick, 1.
+    pub stick_share: f64,
+    /// Range of the displacement without its outermost percent, m.
+    pub range: f64,
+    /// Mean displacement, m.
+    pub mean: f64,
+    /// Standard deviation of the displacement, m.
+    pub std: f64,
+    /// Fastest speed but for the outermost percent, m/s.
+    pub fastest: f64,
+    /// Frequency of the free motion in slip, Hz.
+    pub slip_frequency: Option<f64>,
+    /// Where the displacement itself rests, m, with the share of samples there.
+    pub rest: Option<(f64, f64)>,
+    /// Where the integrated displacement rests, m s: the stick speed, had an acceleration been
+    /// measured.
+    pub integral_rest: Option<f64>,
+    /// Change of the displacement over the run by a straight line through it, m; 0 where the run is
+    /// too short to tell.
+    pub trend: f64,
+}
+
+/// Longest smoothing, s, and half widths in samples: see [`crate::metric::detect_stick`].
+const LONGEST_SMOOTHING: f64 = 5e-4;
+const HALF_WIDTHS: (usize, usize) = (2, 50);
+/// A speed counts as slip for the frequency if it differs by this share of the stick speed: nearer,
+/// friction depends on it.
+const WELL_IN_SLIP: f64 = 0.5;
+/// Fewest samples for a frequency.
+const FEWEST: usize = 50;
+
+impl Motion {
+    /// Of a run; `beam` says only over how many samples the motion is smoothed.
+    pub fn of(run: &Run, beam: &BeamKnowledge) -> Motion {
+        let (time, values) = (&run.time, &run.displacement);
+        let interval = run.sample_interval();
+        let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
+        let speed = velocity(time, values, half);
+        let h = half as f64;
+        let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
+        let stick = plateau(&speed, run.noise.std * per_noise);
+        let absolute: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
+        let fastest = quantile(&absolute, 0.99);
+        let clear = |p: &Plateau| p.value.abs() > (p.half / WIDEST_BAND).max(LEAST_SPEED * fastest);
+        let stick = stick.filter(clear);
+        let found = stick
+            .as_ref()
+            .and_then(|p| stick_velocity(time, values, &p.on));
+        let stick = stick.filter(|_| found.is_some());
+        Motion {
+            stick_speed: found.map(|f| f.velocity),
+            stick_share: stick.as_ref().map_or(0.0, |p| p.share),
+            range: 2.0 * amplitude(values),
+            mean: values.iter().sum::<f64>() / values.len() as f64,
+            std: standard_deviation(values),
+            fastest,
+            slip_frequency: slip_frequency(run, beam, &speed, stick.as_ref()),
+            rest: plateau(values, run.noise.std).map(|p| (p.value, p.share)),
+            integral_rest: plateau(&integral(time, values), 0.0).map(|p| p.value),
+            trend: trend(time, values),
+        }
+    }
+}
+
+/// Integral from the first sample, by trapezoids, of the signal about its mean; about its own mean.
+fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let mut sum = 0.0;
+    let mut out = Vec::with_capacity(values.len());
+    out.push(0.0);
+    for (t, v) in time.windows(2).zip(values.windows(2)) {
+        sum += (t[1] - t[0]) * ((v[0] + v[1]) / 2.0 - mean);
+        out.push(sum);
+    }
+    let mean = out.iter().sum::<f64>() / out.len() as f64;
+    out.iter_mut().for_each(|v| *v -= mean);
+    out
+}
+
+/// Fewest times that a motion passes the straight line through it: five cycles. A piece of one
+/// cycle rises by itself.
+const FEWEST_PASSES: usize = 10;
+/// Distance from the line, in standard deviations, that counts as beyond it.
+const BEYOND: f64 = 0.25;
+
+/// Rise over the record of the straight line that fits best; 0 for fewer than five cycles.
+fn trend(time: &[f64], values: &[f64]) -> f64 {
+    let points = || time.iter().copied().zip(values.iter().copied());
+    let Some(slope) = slope(points()) else {
+        return 0.0;
+    };
+    let left: Vec<f64> = points().map(|(t, v)| v - slope * t).collect();
+    let mean = left.iter().sum::<f64>() / left.len() as f64;
+    let beyond = BEYOND * standard_deviation(&left);
+    let (mut passes, mut side) = (0, 0.0);
+    for distance in left.iter().map(|v| v - mean) {
+        if distance.abs() > beyond && distance.signum() != side {
+            (passes, side) = (passes + 1, distance.signum());
+        }
+    }
+    if passes < FEWEST_PASSES {
+        return 0.0;
+    }
+    slope * (time[time.len() - 1] - time[0])
+}
+
+/// Slope of the straight line that fits best.
+fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+    let (mut n, mut x, mut y) = (0.0, 0.0, 0.0);
+    for point in points.clone() {
+        (n, x, y) = (n + 1.0, x + point.0, y + point.1);
+    }
+    let (x, y) = (x / n, y / n);
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for point in points {
+        xx += (point.0 - x).powi(2);
+        xy += (point.0 - x) * (point.1 - y);
+    }
+    (xx > 0.0).then(|| xy / xx)
+}
+
+/// Frequency of the free motion, Hz. In slip, with friction that hardly changes,
+///
+/// ```text
+/// w'' = -(2 pi f)^2 (w - w_0)
+/// ```
+///
+/// so that the slope of acceleration over displacement gives f. Higher modes are smoothed out over
+/// a period of the second one stated.
+fn slip_frequency(
+    run: &Run,
+    beam: &BeamKnowledge,
+    speed: &[f64],
+    stick: Option<&Plateau>,
+) -> Option<f64> {
+    let stated = &beam.natural_frequencies_hz;
+    let lowest = stated.iter().copied().fold(f64::INFINITY, f64::min);
+    let above = stated.iter().copied().filter(|f| *f > 1.5 * lowest);
+    let smoothed_over = above.fold(f64::INFINITY, f64::min).min(8.0 * lowest);
+    let half = (0.5 / smoothed_over / run.sample_interval()) as usize;
+    let half = half.clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
+    let mean = |values: &[f64]| -> Vec<f64> {
+        let mut sums = vec![0.0];
+        for value in values {
+            sums.push(sums[sums.len() - 1] + value);
+        }
+        (0..values.len())
+            .map(|i| {
+                let (from, to) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
+                (sums[to] - sums[from]) / (to - from) as f64
+            })
+            .collect()
+    };
+    let displacement = mean(&run.displacement);
+    let acceleration = velocity(&run.time, &mean(speed), half);
+    let in_slip = |i: &usize| {
+        stick.is_none_or(|p| (speed[*i] - p.value).abs() > WELL_IN_SLIP * p.value.abs())
+    };
+    let inner = 2 * half..run.time.len().saturating_sub(2 * half);
+    let slip: Vec<usize> = inner.filter(in_slip).collect();
+    if slip.len() < FEWEST {
+        return None;
+    }
+    let slope = slope(slip.iter().map(|i| (displacement[*i], acceleration[*i])))?;
+    (slope < 0.0).then(|| (-slope).sqrt() / std::f64::consts::TAU)
+}

@@ -1,0 +1,138 @@
+//! What the recorder did: constant and clipped channels, slow or uneven sampling, gaps, drift.
+
+use super::examined::Examined;
+use super::finding::{Finding, Severity, digits};
+use super::thresholds::{
+    CLIPPED_ERROR, DRIFT, FAULTY_WARNING, JITTER, MISSING, NO_MOTION, SAMPLES_PER_FASTEST,
+    SAMPLES_PER_PERIOD,
+};
+use crate::measurement::{BeamKnowledge, FaultKind};
+
+/// Findings on one run; `timed` tells whether its times can be trusted.
+pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let (motion, record) = (&run.motion, run.run);
+    let mut say = |severity, id, measured: String, stated: String, remedy: &str| {
+        let texts = (measured, stated, remedy.to_owned());
+        found.push(Finding::of(severity, id, &record.name, texts));
+    };
+    let first = record.displacement[0];
+    if record.displacement.iter().all(|value| *value == first) {
+        say(
+            Severity::Error,
+            if first == 0.0 { "zero" } else { "constant" },
+            format!(
+                "all {} samples are {} m",
+                record.displacement.len(),
+                digits(first)
+            ),
+            "a tip displacement".into(),
+            "the channel is dead or another one: check the sensor, or name the right column with displacement_column",
+        );
+        return found;
+    }
+    if motion.std < NO_MOTION * record.noise.std {
+        say(
+            Severity::Warning,
+            "no_motion",
+            format!(
+                "a standard deviation of {} m, {:.1} times the noise",
+                digits(motion.std),
+                motion.std / record.noise.std
+            ),
+            "a motion".into(),
+            "leave the run out, or check that the sensor looks at the tip",
+        );
+    }
+    let share = |kind: FaultKind| {
+        let samples = record.faults.iter().filter(|f| f.kind == kind);
+        samples.map(|f| f.samples).sum::<usize>() as f64 / record.displacement.len() as f64
+    };
+    let faults = [
+        (FaultKind::Clipped, "clipped", "at the end of the range"),
+        (FaultKind::Held, "held", "equal to the one before"),
+    ];
+    for (kind, id, what) in faults {
+        let share = share(kind);
+        let severity = if kind == FaultKind::Clipped && share > CLIPPED_ERROR {
+            Severity::Error
+        } else {
+            Severity::Warning
+        };
+        if share > FAULTY_WARNING {
+            say(
+                severity,
+                id,
+                format!("{:.1} % of the samples are {what}", 100.0 * share),
+                "a motion within the range of the sensor".into(),
+                "they are left out; measure again with a larger range of sensor and recorder",
+            );
+        }
+    }
+    let rate = 1.0 / record.sample_interval();
+    if let Some(lowest) = run.lowest.filter(|_| timed) {
+        let fastest = beam
+            .natural_frequencies_hz
+            .iter()
+            .copied()
+            .fold(lowest, f64::max);
+        let too_slow = rate < SAMPLES_PER_PERIOD * lowest;
+        if too_slow || rate < SAMPLES_PER_FASTEST * fastest {
+            let (severity, frequency) = if too_slow {
+                (Severity::Error, lowest)
+            } else {
+                (Severity::Warning, fastest)
+            };
+            say(
+                severity,
+                "slow_sampling",
+                format!(
+                    "{} samples per second, {:.1} in a period of {} Hz",
+                    digits(rate),
+                    rate / frequency,
+                    digits(frequency)
+                ),
+                format!("natural_frequencies_hz = {:?}", beam.natural_frequencies_hz),
+                "sample ten times in a period of the highest mode stated, or check time_scale",
+            );
+        }
+    }
+    let sampling = &record.sampling;
+    if sampling.jitter > JITTER {
+        say(
+            Severity::Warning,
+            "jitter",
+            format!(
+                "sample intervals scatter by {:.0} %",
+                100.0 * sampling.jitter
+            ),
+            format!("{} s from sample to sample", digits(sampling.interval)),
+            "let the recorder's clock give the times; the noise is overestimated otherwise",
+        );
+    }
+    let missing: usize = sampling.gaps.iter().map(|gap| gap.missing).sum();
+    let share = missing as f64 / (missing + record.time.len()) as f64;
+    if share > MISSING {
+        say(
+            Severity::Warning,
+            "missing_samples",
+            format!("{:.0} % of the samples are missing", 100.0 * share),
+            format!("{} s from sample to sample", digits(sampling.interval)),
+            "pieces without gaps are used; measure again if these are short",
+        );
+    }
+    if motion.trend.abs() > DRIFT * motion.range {
+        say(
+            Severity::Warning,
+            "drift",
+            format!(
+                "the displacement rises by {} m over the run, of a range of {} m",
+                digits(motion.trend),
+                digits(motion.range)
+            ),
+            "a motion about a mean that stays".into(),
+            "let sensor and rig warm up, or take the trend off the column",
+        );
+    }
+    found
+}
