@@ -451,11 +451,13 @@ pub enum Error {
         folder: PathBuf,
     },
     /// Stopped by the user.
-    #[error("stopped after {done} of {of} points; they are kept in {}, the same command goes on from there", folder.display())]
+    #[error("stopped after {done} of {of} {what}; they are kept in {}, the same command goes on from there", folder.display())]
     Stopped {
-        /// Points finished.
+        /// What is counted.
+        what: &'static str,
+        /// How many are finished.
         done: usize,
-        /// Points asked for.
+        /// How many were asked for.
         of: usize,
         /// Where they are.
         folder: PathBuf,
