@@ -14,5 +14,4 @@ pub mod predictor;
 pub mod problem;
 pub mod simulator;
 pub mod variants;
-pub mod white_noise;
 pub mod work;
