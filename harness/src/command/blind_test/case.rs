@@ -59,14 +59,14 @@ pub struct BlindCase {
     pub power: Option<Power>,
     /// Wall time of the diagnosis in s.
     pub seconds: f64,
-    /// Processor time of the diagnosis in s.
-    pub processor_s: f64,
+    /// Processor time of the diagnosis in s; `None` for one that had been stopped and went on.
+    pub processor_s: Option<f64>,
     /// Where it comes from; the list itself, an array, has no place for that.
     pub provenance: Provenance,
 }
 
-/// What diagnosing a campaign took: wall time and processor time in s.
-pub type Cost = (f64, f64);
+/// What diagnosing a campaign took: wall time, and processor time where that is known, in s.
+pub type Cost = (f64, Option<f64>);
 
 impl BlindCase {
     /// What a diagnosis, or the error that it ended with, is worth beside the truth.
@@ -181,7 +181,10 @@ impl BlindCase {
         if let Some(power) = &self.power {
             out += &format!("; power {:.1}", power.value);
         }
-        out + &format!("; {:.0} s", self.processor_s)
+        out + &match self.processor_s {
+            Some(time) => format!("; {time:.0} s"),
+            None => "; resumed".to_owned(),
+        }
     }
 }
 

@@ -22,7 +22,7 @@ use self::answer::Answer;
 use self::case::BlindCase;
 use self::finished::Finisher;
 use self::tally::Tally;
-use super::diagnose::diagnose;
+use super::diagnose::{UNFINISHED, diagnose};
 use super::progress::Progress;
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::error::Error;
@@ -153,13 +153,13 @@ impl Test<'_> {
         folder: &Path,
     ) -> Result<Option<BlindCase>, Error> {
         let silent = Silent(&self.progress);
+        // The time of what is left to do is not that of a diagnosis.
+        let is_new = !folder.join(UNFINISHED).exists();
         let (start, thread) = (Instant::now(), ThreadTime::now());
         let held_out = (0, HoldOut::Middle);
         let ended = diagnose(&self.fmu, campaign, held_out, folder, &silent);
-        let cost = (
-            start.elapsed().as_secs_f64(),
-            thread.elapsed().as_secs_f64(),
-        );
+        let processor = thread.elapsed().as_secs_f64();
+        let cost = (start.elapsed().as_secs_f64(), is_new.then_some(processor));
         // What can't be written ends the test; what a diagnosis can't do counts against it.
         let ended = match ended {
             Err(error) if error.exit() == Exit::NotWritten => return Err(error),

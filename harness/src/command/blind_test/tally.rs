@@ -31,10 +31,10 @@ pub struct OfKind {
     pub wrong: usize,
     /// Campaigns in which an effect is named that is not hidden.
     pub named_wrongly: usize,
-    /// Median of the processor time, s.
-    pub processor_s_median: f64,
+    /// Median of the processor time of those that went through at once, s.
+    pub processor_s_median: Option<f64>,
     /// The longest, s.
-    pub processor_s_worst: f64,
+    pub processor_s_worst: Option<f64>,
 }
 
 /// Verdicts given with a probability of a class.
@@ -135,10 +135,7 @@ impl Tally {
                 row.undecided,
                 row.wrong,
                 row.named_wrongly,
-                format!(
-                    "{:.0}, {:.0}",
-                    row.processor_s_median, row.processor_s_worst
-                ),
+                times(row),
             );
         }
         let _ = writeln!(
@@ -195,9 +192,16 @@ fn share(some: usize, all: usize) -> String {
     }
 }
 
+fn times(row: &OfKind) -> String {
+    match (row.processor_s_median, row.processor_s_worst) {
+        (Some(median), Some(worst)) => format!("{median:.0}, {worst:.0}"),
+        _ => "-".to_owned(),
+    }
+}
+
 fn of_kind(kind: Option<Kind>, cases: &[&BlindCase]) -> OfKind {
     let with = |outcome: Outcome| cases.iter().filter(|c| c.outcome == outcome).count();
-    let mut times: Vec<f64> = cases.iter().map(|c| c.processor_s).collect();
+    let mut times: Vec<f64> = cases.iter().filter_map(|c| c.processor_s).collect();
     times.sort_by(f64::total_cmp);
     OfKind {
         kind,
@@ -206,8 +210,8 @@ fn of_kind(kind: Option<Kind>, cases: &[&BlindCase]) -> OfKind {
         undecided: with(Outcome::Undecided),
         wrong: with(Outcome::Wrong),
         named_wrongly: cases.iter().filter(|c| c.is_named_wrongly()).count(),
-        processor_s_median: times.get(times.len() / 2).copied().unwrap_or(0.0),
-        processor_s_worst: times.last().copied().unwrap_or(0.0),
+        processor_s_median: times.get(times.len() / 2).copied(),
+        processor_s_worst: times.last().copied(),
     }
 }
 
@@ -309,7 +313,7 @@ mod tests {
         let all = &tally.kinds[2];
         assert_eq!(
             (all.processor_s_median, all.processor_s_worst),
-            (20.0, 30.0)
+            (Some(20.0), Some(30.0))
         );
         let verdicts: Vec<_> = tally
             .reliability
