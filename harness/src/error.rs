@@ -297,6 +297,31 @@ pub enum Error {
         needed: usize,
     },
 
+    /// A channel that stands still, or nearly so.
+    #[error("{}: {usable} of {samples} samples can be used, at least {needed} are needed: the others are clipped or held, most of them at {value} m; check the sensor, and which column is its, or leave this run out", path.display())]
+    NothingMeasured {
+        /// The CSV file.
+        path: PathBuf,
+        /// Samples that are neither clipped nor held.
+        usable: usize,
+        /// Samples found.
+        samples: usize,
+        /// The value of the longest stretch of equal samples, m.
+        value: f64,
+        /// Samples needed.
+        needed: usize,
+    },
+    /// A campaign in which nothing moves.
+    #[error("{}: the displacement varies by {spread:.1e} m (standard deviation) at most, in a run with a noise of {noise:.1e} m: nothing moves that a model could be compared with; measure at least one run in which the tip vibrates", campaign.display())]
+    NothingMoves {
+        /// The campaign.
+        campaign: PathBuf,
+        /// Largest standard deviation of a run's displacement, m.
+        spread: f64,
+        /// That of its noise, m.
+        noise: f64,
+    },
+
     /// A column to analyse that is not there, or is not named where there are several.
     #[error("{}: {}; the header has {}{}; name one with --column", path.display(),
         wanted.as_ref().map_or("several columns".to_owned(), |w| format!("no column '{w}'")), quoted(present), suggestion(nearest))]
@@ -507,11 +532,13 @@ pub enum Error {
         folder: PathBuf,
     },
     /// Stopped by the user.
-    #[error("stopped after {done} of {of} points; they are kept in {}, the same command goes on from there", folder.display())]
+    #[error("stopped after {done} of {of} {what}; they are kept in {}, the same command goes on from there", folder.display())]
     Stopped {
-        /// Points finished.
+        /// What is counted.
+        what: &'static str,
+        /// How many are finished.
         done: usize,
-        /// Points asked for.
+        /// How many were asked for.
         of: usize,
         /// Where they are.
         folder: PathBuf,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use time::OffsetDateTime;
 
@@ -10,10 +10,10 @@ use crate::error::Error;
 use crate::measurement::Campaign;
 
 /// What is needed to say which result this is, and to make it anew.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of the program.
-    pub version: &'static str,
+    pub version: String,
     /// When the result was written: UTC, as in 2026-01-31T12:00:00Z. `SOURCE_DATE_EPOCH` (s since 1970) fixes it.
     pub date: String,
     /// The command line.
@@ -25,7 +25,7 @@ pub struct Provenance {
 }
 
 /// One file that was read.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Input {
     /// Its path as given.
     pub file: PathBuf,
@@ -69,7 +69,7 @@ impl Provenance {
             all.update(&input.sha256);
         }
         Ok(Provenance {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             date: date(),
             command_line: command_line(std::env::args()),
             inputs_sha256: hexadecimal(&all.finalize()),

@@ -155,6 +155,38 @@ fn val_small_blind_set_is_answered_rightly() {
         100.0 * error
     );
     check_proposed_term(&read(&folder.path().join("004/diagnosis.json")));
+    // What an ideal test sees of the hidden effect: the inverse of the stated relative error, about.
+    let diagnosed = read(&folder.path().join("002/diagnosis.json"));
+    let found = &diagnosed["effects"][0]["parameters"]["coefficient"];
+    let expected = number(&found["value"]) / number(&found["std"]);
+    let power = number(&cases[1]["power"]["value"]);
+    assert!((power / expected - 1.0).abs() < 0.2, "{power} {expected}");
+    assert!(cases[0]["power"].is_null() && cases[3]["power"].is_null());
+    check_resumption(folder.path(), cases);
+}
+
+/// A test that has come to its end takes no diagnosis again, but for a campaign whose result is gone.
+fn check_resumption(folder: &Path, cases: &[Value]) {
+    std::fs::remove_file(folder.join("001/blind-case.json")).unwrap();
+    std::fs::remove_file(folder.join("blind-test.json")).unwrap();
+    let again = stickslip(
+        &["blind-test", "reference-data/computed/blind", "--json"],
+        folder,
+    );
+    let printed: Value = serde_json::from_slice(&again.stdout).unwrap();
+    let campaigns = printed["campaigns"].as_array().unwrap();
+    assert_eq!(campaigns[1..], cases[1..]);
+    let untimed = |case: &Value| {
+        let mut case = case.clone();
+        for key in ["seconds", "processor_s", "provenance"] {
+            assert!(case.as_object_mut().unwrap().remove(key).is_some());
+        }
+        case
+    };
+    assert_eq!(untimed(&campaigns[0]), untimed(&cases[0]));
+    assert_ne!(campaigns[0]["seconds"], cases[0]["seconds"]);
+    let all = printed["kinds"].as_array().unwrap().last().unwrap();
+    assert_eq!((&all["campaigns"], &all["right"]), (&4.into(), &4.into()));
 }
 
 /// The hidden stiffness of campaign 004, quadratic in the deflection, is none of the catalogue's: its cubic one imitates it

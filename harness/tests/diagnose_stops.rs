@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use stickslip::command::diagnose::diagnose;
+use stickslip::command::diagnose::{Search, diagnose};
 use stickslip::command::open_fmu;
-use stickslip::diagnose::data::hold_out::HoldOut;
 use stickslip::diagnose::result::diagnosis::Verdict;
 use stickslip::measurement::Campaign;
 use stickslip::watch::Watch;
@@ -36,7 +35,7 @@ fn a_diagnosis_that_is_stopped_keeps_what_was_finished_and_says_so() {
     let campaign = Campaign::load(&demo()).unwrap();
     // The calibration of the reference model and some candidates.
     let watch = StopAfter(AtomicUsize::new(5));
-    let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), folder.path(), &watch).unwrap();
+    let diagnosis = diagnose(&fmu, &campaign, &Search::default(), folder.path(), &watch).unwrap();
     let tried = diagnosis.candidates.len();
     assert!(
         (1..16).contains(&tried),
@@ -63,7 +62,7 @@ fn a_diagnosis_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been() {
     let run = |name: &str, watch: &dyn Watch| {
         let output = folder.path().join(name);
         std::fs::create_dir_all(&output).unwrap();
-        let diagnosis = diagnose(&fmu, &campaign, (0, HoldOut::Middle), &output, watch).unwrap();
+        let diagnosis = diagnose(&fmu, &campaign, &Search::default(), &output, watch).unwrap();
         let kept = output.join("unfinished.fits").is_file();
         let mut json = serde_json::to_value(&diagnosis).unwrap();
         // How much was computed is what resuming changes.
@@ -123,7 +122,17 @@ fn simulated_campaigns_without_the_effect_raise_the_threshold_and_give_a_chance(
     let folder = tempfile::tempdir().unwrap();
     let fmu = open_fmu(None).unwrap();
     let campaign = Campaign::load(&demo()).unwrap();
-    let diagnosis = diagnose(&fmu, &campaign, (1, HoldOut::Middle), folder.path(), &()).unwrap();
+    let diagnosis = diagnose(
+        &fmu,
+        &campaign,
+        &Search {
+            null: 1,
+            ..Search::default()
+        },
+        folder.path(),
+        &(),
+    )
+    .unwrap();
     assert_eq!(diagnosis.verdict, Verdict::EffectFound);
     assert_eq!(diagnosis.gains_by_chance.len(), diagnosis.effects.len());
     let by_chance = &diagnosis.gains_by_chance[0];

@@ -465,7 +465,7 @@ fn an_effect_with_memory_is_off_as_absent_and_its_state_is_a_variable() {
     let fmu = packed(folder.path(), &[file_with_memory(WITH_MEMORY[2])]);
     let mut instance = started(&fmu, &[("mine.k", 0.02)]);
     let state = fmu.real_references(&["mine.state.x"]).unwrap();
-    let mut read = |instance: &mut Instance| {
+    let read = |instance: &mut Instance| {
         let mut x = [0.0];
         instance.get_real(&state, &mut x).unwrap();
         x[0]

@@ -230,7 +230,7 @@ fn costs(progress: &Progress, diagnosis: &Diagnosis) -> String {
 }
 
 /// Fits of a diagnosis that has not come to its end.
-const UNFINISHED: &str = "unfinished.fits";
+pub const UNFINISHED: &str = "unfinished.fits";
 /// The diagnosis as a file.
 const JSON: &str = "diagnosis.json";
 

@@ -137,6 +137,24 @@ impl Run {
         self.time[self.time.len() - 1] - self.time[0]
     }
 
+    /// Its first samples, at most so many; faults that reach beyond them are left out.
+    pub fn beginning(&self, samples: usize) -> Run {
+        if samples >= self.time.len() {
+            return self.clone();
+        }
+        let is_within = |fault: &&Fault| fault.first + fault.samples <= samples;
+        Run {
+            name: self.name.clone(),
+            file: self.file.clone(),
+            time: self.time[..samples].to_vec(),
+            displacement: self.displacement[..samples].to_vec(),
+            sampling: Sampling::of(&self.time[..samples]),
+            faults: self.faults.iter().filter(is_within).cloned().collect(),
+            understood: self.understood.clone(),
+            ..*self
+        }
+    }
+
     /// For each sample, whether it can be trusted (not clipped, not held).
     pub fn trusted(&self) -> Vec<bool> {
         let mut trusted = vec![true; self.time.len()];
@@ -251,6 +269,18 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
     }
     let noise = Noise::estimate(&displacement, &sampling);
     let faults = faults::find(&displacement, &noise);
+    let lost: usize = faults.iter().map(|fault| fault.samples).sum();
+    if let Some(fault) = faults.iter().max_by_key(|fault| fault.samples)
+        && time.len() - lost < FEWEST_SAMPLES
+    {
+        return Err(Error::NothingMeasured {
+            path: file,
+            usable: time.len() - lost,
+            samples: time.len(),
+            value: displacement[fault.first],
+            needed: FEWEST_SAMPLES,
+        });
+    }
     Ok(Run {
         name: entry.name,
         file,

@@ -130,10 +130,19 @@ impl Rig {
         self.run_from(x, skip, duration, rate)
     }
 
-    pub fn run_from(&self, mut x: Vec<f64>, skip: f64, duration: f64, rate: f64) -> Record {
+    /// The same from a state in stick.
+    pub fn run_from(&self, x: Vec<f64>, skip: f64, duration: f64, rate: f64) -> Record {
+        self.run_in(0, x, skip, duration, rate)
+    }
+
+    /// The same from a state in which the tip is slower than the belt.
+    pub fn run_slipping(&self, x: Vec<f64>, duration: f64, rate: f64) -> Record {
+        self.run_in(-1, x, 0.0, duration, rate)
+    }
+
+    fn run_in(&self, mut mode: i8, mut x: Vec<f64>, skip: f64, duration: f64, rate: f64) -> Record {
         let substeps = (2e5 / rate).ceil().max(1.0) as usize;
         let h = 1.0 / (rate * substeps as f64);
-        let mut mode = 0_i8;
         let mut armed = true;
         let first = (skip * rate).round() as usize;
         let count = (duration * rate).round() as usize;

@@ -16,6 +16,7 @@ KIND is one of
 
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
+kind: what sort of campaign it is: KIND, but for mixed, and outside-new-physics where the effect is one of simulate.NEW_PHYSICS.
 Times and phases count from the first sample of a run (t = 0), belt travel s = 0 there; units SI; the names under "parameters" are those of
 simulate.PLACES. runs[i].start is the full state at the first sample, so a run can be replayed exactly: see replay().
 visibility: root-mean-square difference over 40 ms with and without the effect, from the same state, over the noise; median over windows.
@@ -381,6 +382,17 @@ def choose(rng, kind, count, effect=None, new_physics=False):
     return [one(kind, i) for i in range(count)]
 
 
+def kind_of(kind, names):
+    """The kind of a campaign that hides these effects, as truth.json has it."""
+    if kind not in ("mixed", "outside"):
+        return kind
+    if any(name in NEW_PHYSICS for name in names):
+        return "outside-new-physics"
+    if any(name in OUTSIDE for name in names):
+        return "outside"
+    return ["none", "single", "pair"][len(names)]
+
+
 def parser():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--out", type=Path, required=True)
@@ -418,7 +430,7 @@ def main(argv=None):
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"
         write_campaign(args.out / name, f"campaign {name}", truth, records, own)
-        answers.append({"campaign": name, **truth})
+        answers.append({"campaign": name, "kind": kind_of(args.kind, names), **truth})
         (args.out / "truth.json").write_text(json.dumps(answers, indent=1) + "\n")
         print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {truth['noise_m']:.2e}", flush=True)
 

@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign, draw_effect, draw_misstated, draw_weak_effect, main, parse,
-                            parser, replay, smooth_profile)
+from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign, draw_effect, draw_misstated, draw_weak_effect, kind_of,
+                            main, parse, parser, replay, smooth_profile)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
 from simulate import EFFECTS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
@@ -482,6 +482,15 @@ def test_weak_campaign_has_two_micrometres_of_noise_and_may_be_invisible(tmp_pat
     assert [t["noise_m"] for t in truth] == pytest.approx([2e-6] * 3)
     assert all(len(t["effects"]) == 1 and t["effects"][0] in STRENGTH for t in truth)
     assert min(next(iter(t["visibility"].values())) for t in truth) < 20
+
+
+def test_the_kind_of_each_campaign_is_told():
+    rng = np.random.default_rng(3)
+    for kind in ("single", "none", "pair", "outside", "misstated", "one-load", "weak"):
+        assert {kind_of(kind, names) for names in choose(rng, kind, 30)} == {kind}
+    assert {kind_of("outside", names) for names in choose(rng, "outside", 30, new_physics=True)} == {"outside-new-physics"}
+    hidden = {"none": [], "single": ["sensor_lag"], "pair": ["sensor_lag", "axial_load"], "outside": [next(iter(OUTSIDE))]}
+    assert {kind: kind_of("mixed", names) for kind, names in hidden.items()} == {kind: kind for kind in hidden}
 
 
 def test_kinds_choose_from_their_lists():

@@ -177,7 +177,7 @@ fn load_bytes(bytes: &[u8]) -> Result<Fmu, Error> {
 }
 
 /// The FMU's library: cargo puts it into `deps/` beside the program, and beside it.
-fn find_library() -> Result<PathBuf, Error> {
+pub(crate) fn find_library() -> Result<PathBuf, Error> {
     let name = format!(
         "{}beam_fmu{}",
         std::env::consts::DLL_PREFIX,

@@ -262,6 +262,7 @@ pub fn compute(
     }
     if stopped && done < rows.len() {
         return Err(Error::Stopped {
+            what: "points",
             done,
             of: rows.len(),
             folder: folder.into(),

@@ -9,3 +9,5 @@ pub mod place_map;
 pub(crate) mod place_prediction;
 pub mod segment;
 pub mod slip_samples;
+pub mod usable_run;
+pub mod white_noise;

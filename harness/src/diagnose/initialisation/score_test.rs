@@ -269,7 +269,7 @@ pub(crate) fn is_testable(card: &EffectCard) -> bool {
 }
 
 /// The parameter that switches an effect off by degrees: its amplitude, or its only constant, a time that goes to zero.
-fn strength(card: &EffectCard) -> Option<usize> {
+pub(crate) fn strength(card: &EffectCard) -> Option<usize> {
     let shapes = || {
         let all = card.parameters.iter().enumerate();
         all.filter(|(_, p)| p.role == Role::Shape)

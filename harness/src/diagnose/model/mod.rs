@@ -15,5 +15,4 @@ pub mod problem;
 pub mod simulator;
 pub mod unknown_function;
 pub mod variants;
-pub mod white_noise;
 pub mod work;

@@ -6,6 +6,7 @@ use crate::diagnose::data::break_away_events::{Event, events};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::data::place_map::PlaceMap;
 use crate::diagnose::data::segment::{Segment, Smoothing, cut, smooth_run, thin};
+use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::effect_card::{EffectCard, candidates};
 use crate::diagnose::model::finished_work::FinishedWork;
@@ -33,6 +34,18 @@ const GROUP: usize = 4;
 
 /// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
 const ALIKE: f64 = 100.0;
+
+/// The error of a campaign in which no run moves, with the one that varies most.
+fn nothing_moves(campaign: &Campaign) -> Error {
+    let of_runs = campaign.runs.iter();
+    let spreads = of_runs.map(|r| (standard_deviation(&r.displacement), r.noise.std));
+    let (spread, noise) = spreads.fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+    Error::NothingMoves {
+        campaign: campaign.folder.clone(),
+        spread,
+        noise,
+    }
+}
 
 /// A diagnosis in progress.
 pub struct Problem<'a> {
@@ -68,6 +81,8 @@ pub struct Problem<'a> {
     pub friction: FrictionPrior,
     /// Spectra of the smoothed force that were asked for.
     pub spectra: Spectra,
+    /// What must be said of the runs.
+    pub remarks: Vec<String>,
     /// Fits that were finished before, where a stopped diagnosis goes on.
     pub finished: FinishedWork,
     /// Counts of what was computed.
@@ -92,12 +107,20 @@ impl<'a> Problem<'a> {
     pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let references = References::new(fmu, structure.modes().len())?;
+        let used = UsableRun::all(&campaign.runs);
+        if !used.iter().any(|u| u.moves) {
+            return Err(nothing_moves(campaign));
+        }
+        let remarks = used.iter().flat_map(|u| u.remarks.clone()).collect();
+        let mut campaign = Campaign {
+            runs: used.into_iter().map(|u| u.run).collect(),
+            ..campaign.clone()
+        };
         let belt_scale = belt_scale(
             &campaign.runs,
             &structure,
             campaign.uncertainty.belt_velocity_std,
         )?;
-        let mut campaign = campaign.clone();
         for run in &mut campaign.runs {
             run.belt_velocity *= belt_scale.value;
         }
@@ -154,11 +177,7 @@ impl<'a> Problem<'a> {
                 }
             })
             .collect();
-        let estimates: Vec<f64> = campaign
-            .runs
-            .iter()
-            .map(|r| r.noise.std.max(1e-12))
-            .collect();
+        let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
         let noise = of_one_sensor(&estimates);
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
         let problem = Self {
@@ -174,6 +193,7 @@ impl<'a> Problem<'a> {
             held_out: rule.of(&campaign),
             friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
             spectra: Spectra::default(),
+            remarks,
             finished: FinishedWork::default(),
             work: Work::default(),
             unknown_functions: Vec::new(),

@@ -324,9 +324,11 @@ mod tests {
         // The cosines are independent: the curve through given nodes has one set of them.
         let matrix = nalgebra::DMatrix::from_fn(NODES, NODES, |i, k| weight(k, i));
         assert!(matrix.clone().lu().determinant().abs() > 1e-9);
-        let straight = nalgebra::DVector::from_fn(NODES, |i, _| i as f64);
-        let zigzag = nalgebra::DVector::from_fn(NODES, |i, _| (i % 2) as f64);
-        let cost = |curve| matrix.clone().lu().solve(&curve).unwrap().norm_squared();
+        let straight = nalgebra::DVector::<f64>::from_fn(NODES, |i, _| i as f64);
+        let zigzag = nalgebra::DVector::<f64>::from_fn(NODES, |i, _| (i % 2) as f64);
+        let cost = |curve: nalgebra::DVector<f64>| {
+            matrix.clone().lu().solve(&curve).unwrap().norm_squared()
+        };
         assert!(cost(zigzag) > 5.0 * cost(straight));
     }
 }

@@ -8,11 +8,11 @@ use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::forecast::Forecast;
 use crate::diagnose::validation::identifiability::Undetermined;
 use crate::metric::half_width;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// One or more effects of the catalogue explain the data.

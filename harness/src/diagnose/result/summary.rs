@@ -18,7 +18,7 @@ pub(crate) fn remarks(
     selection: &Selection,
     effects: &[FoundEffect],
 ) -> Vec<String> {
-    let mut out = Vec::new();
+    let mut out = problem.remarks.clone();
     let runs = &problem.campaign.runs;
     if !problem.held_out.iter().any(|h| *h) {
         out.push(format!(

@@ -9,6 +9,7 @@
 //! the effect that is right in all else.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::initialisation::multistart::continued;
 use crate::diagnose::initialisation::score_test::is_testable;
@@ -17,7 +18,6 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::model::variants::all_variants;
-use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::selection::extension::largest_gain;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;

@@ -12,9 +12,9 @@
 //!
 //! The whole run counts: nothing is left out, whether it grazes a transition or not.
 
+use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::validation::forecast_band::{Band, band};
 use crate::diagnose::validation::learned_run::LearnedRun;
 use crate::error::Error;

@@ -6,11 +6,11 @@
 //! The band leaves out the outermost member on either side.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::validation::learned_run::{LearnedRun, learning};
 use crate::error::Error;
 use crate::parallel::parallel;

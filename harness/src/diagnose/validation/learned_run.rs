@@ -13,7 +13,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator};
 use crate::diagnose::validation::segment_errors::from_fitted_runs;
 use crate::error::Error;
-use crate::measurement::{Run, Sampling};
+use crate::measurement::Run;
 
 /// Error over that deviation that counts for a forecast that ran away: as far off as the motion is wide.
 const RAN_AWAY: f64 = 2.0;
@@ -45,18 +45,7 @@ impl<'a> LearnedRun<'a> {
         if past + 32 > run.time.len() || past < 16 {
             return Ok(None);
         }
-        let beginning = Run {
-            time: run.time[..past].to_vec(),
-            displacement: run.displacement[..past].to_vec(),
-            sampling: Sampling::of(&run.time[..past]),
-            faults: run
-                .faults
-                .iter()
-                .filter(|f| f.first + f.samples <= past)
-                .cloned()
-                .collect(),
-            ..run.clone()
-        };
+        let beginning = run.beginning(past);
         let structure = structure(problem.fmu, &problem.campaign.beam)?;
         let Ok(smoothing) = smooth_run(&beginning, &structure) else {
             return Ok(None);

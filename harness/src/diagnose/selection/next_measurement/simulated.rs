@@ -1,11 +1,11 @@
 //! A run that has not been measured, as a fitted model has it.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
-use crate::diagnose::model::white_noise::gaussian;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::error::Error;
 use crate::measurement::{Role, Run, Sampling};
