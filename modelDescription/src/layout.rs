@@ -31,6 +31,8 @@ pub struct Layout {
     effects: Vec<UserCard>,
     /// Indices of the continuous states, and of their rates.
     states: Vec<(usize, usize)>,
+    /// Indices of the states of each user's effect.
+    user_states: Vec<Vec<usize>>,
     by_reference: Vec<u16>,
     by_name: HashMap<String, usize>,
 }
@@ -93,6 +95,7 @@ impl Layout {
                 });
             }
         }
+        let mut user_states = vec![Vec::new(); effects.len()];
         for (e, effect) in effects.iter().enumerate() {
             let first = FIRST_USER_REFERENCE + USER_BLOCK * e as u32;
             for (i, (name, unit, nominal, description)) in effect.all_states().enumerate() {
@@ -103,8 +106,8 @@ impl Layout {
                     kind: Kind::Real(unit_named(unit)),
                     causality: Causality::Local,
                     variability: Variability::Continuous,
-                    initial: Some(Initial::Calculated),
-                    start: None,
+                    initial: Some(Initial::Exact),
+                    start: Some(0.0),
                     min: None,
                     max: None,
                     nominal: Some(nominal),
@@ -112,6 +115,7 @@ impl Layout {
                 };
                 let unit = unit_named(&per_second(unit));
                 let of = rate_in(unit, first + USER_RATE + i as u32, &state);
+                user_states[e].push(all.len());
                 all.extend([state, of]);
             }
         }
@@ -132,6 +136,7 @@ impl Layout {
         let names = all.iter().enumerate();
         Self {
             states,
+            user_states,
             by_name: names.map(|(i, v)| (v.name.clone(), i)).collect(),
             variables: all,
             effects,
@@ -149,6 +154,16 @@ impl Layout {
     #[inline]
     pub fn states(&self) -> &[(usize, usize)] {
         &self.states
+    }
+
+    /// Indices of the states of the user's effect with index `effect`.
+    pub fn user_states(&self, effect: usize) -> &[usize] {
+        &self.user_states[effect]
+    }
+
+    /// Number of parameters of all users' effects; they stand behind the fixed table.
+    pub fn user_parameters(&self) -> usize {
+        self.effects.iter().map(|e| e.parameters.len()).sum()
     }
 
     /// The users' effects.

@@ -27,7 +27,7 @@ impl Content {
         // Inputs and parameters may be set already and wait for the next step; the run has the old ones.
         let mut again = run.clone();
         again.account_energy();
-        let begin = PLACES.start(&self.values, run.model(), start);
+        let begin = PLACES.start(self.layout, &self.values, run.model(), start);
         again.restart(run.inputs(), &begin, run.tolerance())?;
         match again.advance_to(now) {
             Ok(()) => {}

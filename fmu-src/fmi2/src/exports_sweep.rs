@@ -98,7 +98,7 @@ fn motion(content: &Content, numbers: &[f64]) -> Result<Motion, PhysicsError> {
     let inputs = PLACES.inputs(&content.values, [0.0; 2], 0.0);
     let model = setup::model(content.layout, &content.values, inputs, UserCard::effect)?;
     let subject = Subject {
-        given: given.then(|| PLACES.start(&content.values, &model, 0.0)),
+        given: given.then(|| PLACES.start(content.layout, &content.values, &model, 0.0)),
         tolerance: content.values[PLACES.tolerance],
         model,
     };

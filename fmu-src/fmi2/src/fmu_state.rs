@@ -192,7 +192,7 @@ impl Content {
 fn rebuilt(layout: &'static Layout, values: &[f64], experiment: &Experiment) -> Option<Simulation> {
     let inputs = PLACES.inputs(values, [0.0; 2], experiment.start);
     let model = setup::model(layout, values, inputs, UserCard::effect).ok()?;
-    let start = PLACES.start(values, &model, experiment.start);
+    let start = PLACES.start(layout, values, &model, experiment.start);
     Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()
 }
 

@@ -178,14 +178,14 @@ impl Content {
             .tolerance
             .map_or(own, |asked| own.min(asked));
         match &mut self.run {
-            Some(run) if places.same_model(&self.values, &self.built) => {
-                let start = places.start(&self.values, run.model(), time);
+            Some(run) if places.same_model(self.layout, &self.values, &self.built) => {
+                let start = places.start(self.layout, &self.values, run.model(), time);
                 run.restart(inputs, &start, tolerance)?;
             }
             _ => {
                 self.run = None;
                 let model = setup::model(self.layout, &self.values, inputs, UserCard::effect)?;
-                let start = places.start(&self.values, &model, time);
+                let start = places.start(self.layout, &self.values, &model, time);
                 self.run = Some(Simulation::from_model(model, inputs, &start, tolerance)?);
                 self.built.clone_from(&self.values);
             }

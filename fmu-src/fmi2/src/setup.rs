@@ -101,17 +101,22 @@ fn builds_the_model(quantity: Quantity) -> bool {
 
 impl Places {
     /// Whether both sets of values lead to the same model.
-    pub fn same_model(&self, a: &[f64], b: &[f64]) -> bool {
+    pub fn same_model(&self, layout: &Layout, a: &[f64], b: &[f64]) -> bool {
         if a.len() != b.len() {
             return false;
         }
         let same = |i: usize| a[i].to_bits() == b[i].to_bits();
-        self.model.iter().all(|&i| same(i)) && (self.user..a.len()).all(same)
+        self.model.iter().all(|&i| same(i)) && self.users_parameters(layout).all(same)
     }
 
     /// Whether the model is built from the variable with this index.
-    pub fn is_of_model(&self, index: usize) -> bool {
-        index >= self.user || self.model.binary_search(&index).is_ok()
+    pub fn is_of_model(&self, layout: &Layout, index: usize) -> bool {
+        self.users_parameters(layout).contains(&index) || self.model.binary_search(&index).is_ok()
+    }
+
+    /// Places of the parameters of users' effects.
+    fn users_parameters(&self, layout: &Layout) -> std::ops::Range<usize> {
+        self.user..self.user + layout.user_parameters()
     }
 
     /// The inputs of `values` with rates per second, from `since` in s on.
@@ -126,7 +131,7 @@ impl Places {
     }
 
     /// The start of a run at `time` in s.
-    pub fn start(&self, values: &[Real], model: &Model, time: Real) -> Start {
+    pub fn start(&self, layout: &Layout, values: &[Real], model: &Model, time: Real) -> Start {
         let mut state = [ZERO; MAX_STATES];
         for j in 0..value(values[self.mode_count]) as usize {
             state[2 * j] = values[self.q[j]];
@@ -137,6 +142,13 @@ impl Places {
                 && let Some((first, count)) = model.effect_states(card)
             {
                 state[first..first + count].copy_from_slice(&values[place..place + count]);
+            }
+        }
+        for (e, effect) in layout.effects().iter().enumerate() {
+            if let Some((first, _)) = model.user_states(&effect.id) {
+                for (i, &place) in layout.user_states(e).iter().enumerate() {
+                    state[first + i] = values[place];
+                }
             }
         }
         Start {

@@ -5,7 +5,7 @@ use crate::instance::Content;
 use crate::setup::PLACES;
 use crate::status::Fault;
 use crate::values::{Access, find};
-use beam_model_description::{Quantity, UserCard};
+use beam_model_description::{Layout, Quantity, UserCard};
 use beam_physics::effects::user_expression as plain_effect;
 use beam_tangent as physics;
 use physics::effects::user_expression::{Target, UserEffect, UserParameter, UserState, UserTable};
@@ -58,9 +58,9 @@ struct Group {
 }
 
 /// What of the seeds changes the model, and not the start alone.
-fn of_model(seeds: &[Seed]) -> Vec<Seed> {
+fn of_model(layout: &Layout, seeds: &[Seed]) -> Vec<Seed> {
     let one = |seed: &Seed| {
-        let is_of = |&(index, _): &(usize, f64)| PLACES.is_of_model(index);
+        let is_of = |&(index, _): &(usize, f64)| PLACES.is_of_model(layout, index);
         seed.iter().copied().filter(is_of).collect()
     };
     seeds.iter().map(one).collect()
@@ -165,20 +165,20 @@ impl Content {
         let begin = real(times[0]);
         let inputs = places.inputs(&seeded, [real(0.0); 2], begin);
         let tolerance = self.values[places.tolerance];
-        let of_model = of_model(seeds);
+        let of_model = of_model(self.layout, seeds);
         let is_same = |group: &Group| {
-            PLACES.same_model(&self.values, &group.values) && group.seeds == of_model
+            PLACES.same_model(self.layout, &self.values, &group.values) && group.seeds == of_model
         };
         let known = room.0.get_mut(number);
         let run = match known {
             Some(group) if is_same(group) => {
-                let from = places.start(&seeded, group.run.model(), begin);
+                let from = places.start(self.layout, &seeded, group.run.model(), begin);
                 group.run.restart(inputs, &from, tolerance)?;
                 &mut group.run
             }
             known => {
                 let model = setup::model(self.layout, &seeded, inputs, user_effect)?;
-                let from = places.start(&seeded, &model, begin);
+                let from = places.start(self.layout, &seeded, &model, begin);
                 let group = if let Some(group) = known {
                     // Until it stands again, it is nobody's model.
                     group.values.clear();

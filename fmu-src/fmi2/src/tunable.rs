@@ -16,7 +16,7 @@ impl Content {
         if !self.retuned {
             return Ok(());
         }
-        if PLACES.same_model(&self.values, &self.built) {
+        if PLACES.same_model(self.layout, &self.values, &self.built) {
             self.retuned = false;
             return Ok(());
         }

@@ -207,13 +207,7 @@ impl EffectSeries for Profile {
     fn register_count(&self) -> usize {
         2
     }
-    fn factor(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        registers: &mut [Series],
-    ) -> Real {
+    fn factor(&self, k: usize, m: &MotionSeries, _x: &[Real], registers: &mut [Series]) -> Real {
         let [u, square, ..] = registers else {
             unreachable!("two registers declared")
         };

@@ -98,13 +98,7 @@ impl EffectSeries for Periodic {
     fn register_count(&self) -> usize {
         COSINE_REGISTERS
     }
-    fn factor(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        registers: &mut [Series],
-    ) -> Real {
+    fn factor(&self, k: usize, m: &MotionSeries, _x: &[Real], registers: &mut [Series]) -> Real {
         let offset = if k == 0 { self.phase } else { ZERO };
         let angle = self.wave_number * m.travel[k] + offset;
         let change = self.amplitude * cosine(k, angle, registers);

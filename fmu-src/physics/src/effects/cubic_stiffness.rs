@@ -67,13 +67,7 @@ impl EffectSeries for Cubic {
     fn register_count(&self) -> usize {
         1
     }
-    fn tip_force(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        registers: &mut [Series],
-    ) -> Real {
+    fn tip_force(&self, k: usize, m: &MotionSeries, _x: &[Real], registers: &mut [Series]) -> Real {
         let w = &m.displacement;
         let square = &mut registers[0];
         square[k] = product(w, w, k);

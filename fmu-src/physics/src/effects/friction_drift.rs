@@ -86,13 +86,7 @@ impl EffectSeries for Drift {
     fn register_count(&self) -> usize {
         1
     }
-    fn factor(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        registers: &mut [Series],
-    ) -> Real {
+    fn factor(&self, k: usize, m: &MotionSeries, _x: &[Real], registers: &mut [Series]) -> Real {
         let cold = &mut registers[0];
         if k == 0 {
             cold[0] = (-self.rate * m.start.time).exp();

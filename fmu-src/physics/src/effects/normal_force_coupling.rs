@@ -64,13 +64,7 @@ impl EffectSeries for Coupling {
         }
     }
 
-    fn factor(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        _registers: &mut [Series],
-    ) -> Real {
+    fn factor(&self, k: usize, m: &MotionSeries, _x: &[Real], _registers: &mut [Series]) -> Real {
         let change = self.0 * m.displacement[k];
         if k == 0 { 1.0 + change } else { change }
     }

@@ -103,13 +103,7 @@ impl EffectSeries for Pulsation {
     fn register_count(&self) -> usize {
         HARMONIC_REGISTERS
     }
-    fn factor(
-        &self,
-        k: usize,
-        m: &MotionSeries,
-        _x: &[Real],
-        registers: &mut [Series],
-    ) -> Real {
+    fn factor(&self, k: usize, m: &MotionSeries, _x: &[Real], registers: &mut [Series]) -> Real {
         let angle = self.angular_frequency * m.start.time + self.phase;
         let change =
             self.amplitude * harmonic(k, angle, self.angular_frequency * m.unit, registers);

@@ -77,6 +77,14 @@ pub const FIXED: SearchOptions = SearchOptions {
     belief: STRONG_PRIOR,
     ..BRIEF
 };
+/// For a curve that nobody knows: short pieces first, which catch it from nothing, then with as many Jacobians as a start that is
+/// followed in a thorough search, the reference model held.
+pub const CURVE: SearchOptions = SearchOptions {
+    first_fit: FIRST_FIT,
+    climb: CLIMB,
+    belief: STRONG_PRIOR,
+    ..BRIEF
+};
 /// For a second effect that may hide behind one that explains the data: near what is known.
 pub const HIDDEN: SearchOptions = SearchOptions {
     nuisances: Nuisances::Calibrated,

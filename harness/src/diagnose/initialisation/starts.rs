@@ -15,7 +15,10 @@ use crate::diagnose::model::periodic::{Line, argument, periodic};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::latent_name;
 
+/// Latent value of a curve that starts, in standard deviations: quite off it has no derivatives.
+const BARELY_ON: f64 = 1e-3;
 /// Lines of a periodic effect that are tried.
 const LINES: usize = 3;
 /// The same from the spectrum of the smoothed force.
@@ -100,6 +103,20 @@ pub(crate) fn starts<'a>(
         .collect();
     let mut out = Vec::new();
     let grid = shape_grid(problem, new, &shapes);
+    if let Some(curve) = h.shared_index(&latent_name(&effect.id, 0)) {
+        // A curve may have any shape: barely on, in each of its time constants.
+        for shape in &grid {
+            let shapes = shapes.iter().zip(shape);
+            let values =
+                shapes.filter_map(|(&i, v)| Some((index(&effect.parameters[i].name)?, *v)));
+            let values: Vec<(usize, f64)> = values.chain([(curve, BARELY_ON)]).collect();
+            out.push(with(&from_base, &values));
+            if !near {
+                out.push(with(&fresh, &values));
+            }
+        }
+        return out;
+    }
     let strengths: Vec<f64> = match amplitude {
         None => vec![f64::NAN],
         Some(a) if effect.parameters[a].min < 0.0 => {

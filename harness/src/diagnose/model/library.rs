@@ -7,7 +7,7 @@
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 29] = [
+pub const FILES: [&str; 30] = [
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
@@ -32,6 +32,7 @@ pub const FILES: [&str; 29] = [
     include_str!("library/rate_and_state_slip.toml"),
     include_str!("library/sensor_cubic.toml"),
     include_str!("library/sensor_curvature.toml"),
+    include_str!("library/slip_distance_lag.toml"),
     include_str!("library/softening_by_warming.toml"),
     include_str!("library/stop.toml"),
     include_str!("library/structural_hysteresis.toml"),

@@ -4,10 +4,9 @@
 //! adequate one a score test tells which second effects can change the verdict; where none is adequate, pairs are formed
 //! with the best.
 
-use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::{Promise, is_testable, promise};
-use crate::diagnose::initialisation::search_options::{BRIEF, FIXED, HIDDEN, STRONG_PRIOR};
+use crate::diagnose::initialisation::search_options::{BRIEF, CURVE, FIXED, HIDDEN, STRONG_PRIOR};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::point::Point;
@@ -16,7 +15,7 @@ use crate::diagnose::model::variants::{all_variants, library, unknown, variants}
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
 use crate::diagnose::selection::extension::extend;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::{Screen, refitting};
+use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
 use crate::diagnose::stages;
@@ -36,9 +35,6 @@ const RESTARTED: usize = 3;
 const LIBRARY_FITTED: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
-/// Jacobians for each while the reference model is held: as many as a start that is followed gets, for twice as many constants.
-const UNKNOWN_STEPS: usize = 20;
-
 /// What has been found so far.
 pub(crate) struct Exploration<'a> {
     problem: &'a Problem<'a>,
@@ -281,14 +277,14 @@ impl Exploration<'_> {
         Ok(self.held_alone.clone().expect("just made"))
     }
 
-    /// The `count` of effects that a score test beside `alone` promises most of, each alone, with where to start from. Far
-    /// from the noise the test orders and says no more.
+    /// The `count` of effects that a score test beside `alone` promises most of, each alone. Far from the noise the test orders and says no
+    /// more.
     fn most_promising(
         &self,
         alone: &FittedModel,
         effects: Vec<Choice>,
         count: usize,
-    ) -> Result<Vec<(Vec<Choice>, Point)>, Error> {
+    ) -> Result<Vec<Vec<Choice>>, Error> {
         let at = self.screen.at(alone);
         let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
         let promises = parallel(&jobs, |choices| promise(self.problem, choices, at, at))?;
@@ -299,7 +295,7 @@ impl Exploration<'_> {
             .collect();
         all.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
         all.truncate(count);
-        Ok(all.into_iter().map(|(c, p)| (c, p.start)).collect())
+        Ok(all.into_iter().map(|(choices, _)| choices).collect())
     }
 
     /// Whether the catalogue has no answer: nothing is adequate, or an effect of the library alone.
@@ -318,20 +314,7 @@ impl Exploration<'_> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
         let jobs = self.most_promising(&alone, unknown(self.problem), UNKNOWN_FITTED)?;
-        let options = FitOptions {
-            belief: STRONG_PRIOR,
-            ..refitting(UNKNOWN_STEPS)
-        };
-        let held = parallel(&jobs, |(choices, start)| {
-            if watch.stop() {
-                return Ok(None);
-            }
-            watch.step("fitting unknown functions", 0, 1);
-            let found = screen.continued(choices, start.clone(), options)?;
-            Ok(Some(found))
-        })?;
-        let mut held: Vec<FittedModel> = held.into_iter().flatten().collect();
-        screen.sort(&mut held);
+        let held = screen.compete(&jobs, &alone, CURVE, watch)?;
         let mut found = screen.freed(&held)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, held);
@@ -344,7 +327,6 @@ impl Exploration<'_> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
         let jobs = self.most_promising(&alone, library(self.problem), LIBRARY_FITTED)?;
-        let jobs: Vec<Vec<Choice>> = jobs.into_iter().map(|(choices, _)| choices).collect();
         let mut held = screen.compete(&jobs, &alone, FIXED, watch)?;
         let mut found = screen.freed(&held)?;
         screen.keep_better(&mut held, found);
