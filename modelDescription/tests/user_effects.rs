@@ -95,7 +95,7 @@ fn files_that_cannot_be_used_are_refused_with_line_value_and_remedy() {
     };
     let parameter =
         &GOOD[GOOD.find("[[parameter]]").unwrap()..GOOD.rfind("[[parameter]]").unwrap()];
-    let too_many = many("name = \"a", parameter, 17);
+    let too_many = many("name = \"a", parameter, 49);
     let cases: [(&str, &str, usize, &str); 24] = [
         ("id = ", "id ", 1, "key"),
         ("title = ", "titel = ", 2, "unknown field `titel`"),
@@ -212,7 +212,7 @@ fn files_that_cannot_be_used_are_refused_with_line_value_and_remedy() {
     let text = GOOD.replacen(parameter, &too_many, 1);
     let error = UserCard::parse(&text).unwrap_err();
     assert!(
-        error.to_string().contains("18 parameters; at most 16"),
+        error.to_string().contains("50 parameters; at most 48"),
         "{error}"
     );
     let text = GOOD.replacen("typical = 0.1\n", "typical = 0.1\nrole = \"setting\"\n", 1);
@@ -238,5 +238,5 @@ fn effects_with_one_id_and_too_many_effects_are_refused() {
         })
         .collect();
     let error = Layout::with(all).unwrap_err();
-    assert!(error.to_string().contains("17 effects"), "{error}");
+    assert!(error.to_string().contains("81 effects"), "{error}");
 }

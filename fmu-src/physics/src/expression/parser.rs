@@ -302,12 +302,15 @@ impl Parser<'_> {
 
     fn unknown(&self, name: &str) -> Problem {
         let functions: Vec<&str> = FUNCTIONS.iter().map(|f| f.0).collect();
+        // What a formula may not use has no name.
+        let quantities = self.quantities.iter().copied();
+        let named: Vec<&str> = quantities.filter(|q| !q.is_empty()).collect();
         let hint = if name == "log" {
             "ln is the natural logarithm, log10 the decimal one".to_owned()
         } else {
             format!(
                 "known are {}, pi and the functions {}",
-                self.quantities.join(", "),
+                named.join(", "),
                 functions.join(", ")
             )
         };

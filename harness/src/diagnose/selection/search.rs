@@ -31,8 +31,6 @@ const FINISHED: usize = 6;
 /// Hypotheses that are searched for again from their own optima.
 const RESTARTED: usize = 3;
 
-/// Effects of the library that are fitted where no single effect is adequate: as many as were tried before it grew.
-const LIBRARY_FITTED: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
 /// What has been found so far.
@@ -92,7 +90,7 @@ pub(crate) fn explore<'a>(
     watch.stage(stages::FURTHER);
     found.try_harder()?;
     found.hold(&jobs)?;
-    if !found.is_adequate() {
+    if !problem.place_is_told() && !found.is_settled()? {
         watch.stage(stages::LIBRARY);
         found.add_library_effects()?;
     }
@@ -326,7 +324,8 @@ impl Exploration<'_> {
     fn add_library_effects(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
-        let jobs = self.most_promising(&alone, library(self.problem), LIBRARY_FITTED)?;
+        // All of them: far from the noise a score test orders, and once dropped the right one.
+        let jobs: Vec<Vec<Choice>> = library(self.problem).into_iter().map(|c| vec![c]).collect();
         let mut held = screen.compete(&jobs, &alone, FIXED, watch)?;
         let mut found = screen.freed(&held)?;
         screen.keep_better(&mut held, found);
