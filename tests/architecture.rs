@@ -174,10 +174,17 @@ fn none(rule: &str, breaches: Vec<String>) {
 
 /// Ids of the catalogue: the names of its files.
 fn effects() -> Vec<String> {
-    sources("fmu-src/physics/src/effects")
+    const FOLDER: &str = "fmu-src/physics/src/effects";
+    sources(FOLDER)
         .iter()
-        .filter_map(|s| Some(s.path.rsplit('/').next()?.strip_suffix(".rs")?.to_owned()))
-        .filter(|name| !["mod", "series", "user_expression"].contains(&name.as_str()))
+        .filter_map(|s| {
+            s.path
+                .strip_prefix(FOLDER)?
+                .strip_prefix('/')?
+                .strip_suffix(".rs")
+                .map(str::to_owned)
+        })
+        .filter(|name| !name.contains('/') && !["mod", "series"].contains(&name.as_str()))
         .collect()
 }
 

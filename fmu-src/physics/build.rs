@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::{env, fs, path::Path};
 
 /// Files in the folder that are not effects.
-const NOT_EFFECTS: [&str; 3] = ["mod", "series", "user_expression"];
+const NOT_EFFECTS: [&str; 2] = ["mod", "series"];
 
 fn main() {
     // Relative to the package's neighbour, since beam-tangent compiles these files too.

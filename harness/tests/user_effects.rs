@@ -502,7 +502,9 @@ fn every_effect_of_the_library_is_off_as_absent_and_moves_the_tip_where_it_is_on
             .iter()
             .map(|p| (format!("{}.{}", card.id, p.name), p.typical))
             .collect();
-        let on: Vec<(&str, f64)> = names.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+        let mut on: Vec<(&str, f64)> = names.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+        // States from where they are in equilibrium with the start: Settled.
+        on.push(("start.effects", 1.0));
         let moved = measured(&fmu, &on);
         let change = moved
             .iter()

@@ -31,6 +31,8 @@ const FINISHED: usize = 6;
 /// Hypotheses that are searched for again from their own optima.
 const RESTARTED: usize = 3;
 
+/// Effects of the library that are fitted before it is asked whether one is adequate.
+const LIBRARY_BATCH: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
 /// What has been found so far.
@@ -286,14 +288,11 @@ impl Exploration<'_> {
         let at = self.screen.at(alone);
         let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
         let promises = parallel(&jobs, |choices| promise(self.problem, choices, at, at))?;
-        let mut all: Vec<(Vec<Choice>, Promise)> = jobs
-            .into_iter()
-            .zip(promises)
-            .filter_map(|(choices, p)| Some((choices, p?)))
-            .collect();
-        all.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+        let gain = |p: Option<Promise>| p.map_or(f64::NEG_INFINITY, |p| p.gain);
+        let mut all: Vec<(f64, Vec<Choice>)> = promises.into_iter().map(gain).zip(jobs).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
         all.truncate(count);
-        Ok(all.into_iter().map(|(choices, _)| choices).collect())
+        Ok(all.into_iter().map(|(_, choices)| choices).collect())
     }
 
     /// Whether the catalogue has no answer: nothing is adequate, or an effect of the library alone.
@@ -324,12 +323,19 @@ impl Exploration<'_> {
     fn add_library_effects(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
-        // All of them: far from the noise a score test orders, and once dropped the right one.
-        let jobs: Vec<Vec<Choice>> = library(self.problem).into_iter().map(|c| vec![c]).collect();
-        let mut held = screen.compete(&jobs, &alone, FIXED, watch)?;
-        let mut found = screen.freed(&held)?;
-        screen.keep_better(&mut held, found);
-        found = held;
+        // A score test orders them. Far from the noise it can't tell more: what comes late is fitted where nothing before is
+        // adequate.
+        let jobs = self.most_promising(&alone, library(self.problem), usize::MAX)?;
+        let mut found: Vec<FittedModel> = Vec::new();
+        for batch in jobs.chunks(LIBRARY_BATCH) {
+            let held = screen.compete(batch, &alone, FIXED, watch)?;
+            let freed = screen.freed(&held)?;
+            screen.keep_better(&mut found, held);
+            screen.keep_better(&mut found, freed);
+            if watch.stop() || found.first().is_some_and(FittedModel::reaches_floor) {
+                break;
+            }
+        }
         screen.polish(&mut found, watch)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, found);
