@@ -72,6 +72,9 @@ mod tests {
     use crate::command::repaired_model::write_fmu;
     use crate::diagnose::model::effect_card::candidates;
     use crate::diagnose::model::library;
+    use crate::diagnose::model::unknown_function::{NODES, unknown_functions};
+    use crate::measurement::Campaign;
+    use std::path::Path;
 
     #[test]
     fn terms_stand_behind_the_effects_and_start_values_stay() {
@@ -100,5 +103,30 @@ mod tests {
         belt_drive::pack(&path).unwrap();
         let drive = Fmu::load(&path).unwrap();
         assert!(with_effects(&drive, &library::FILES).unwrap().is_none());
+    }
+
+    #[test]
+    fn unknown_functions_of_a_campaign_are_effects_as_they_are_and_as_fitted() {
+        let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
+        let unknown = unknown_functions(&campaign, 80.0);
+        let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
+        let plain = open_fmu(None).unwrap();
+        let widened = with_effects(&plain, &files).unwrap().unwrap();
+        let known = candidates(&widened).unwrap();
+        for function in &unknown {
+            let card = known.iter().find(|c| c.id == function.id).unwrap();
+            let nodes = card.parameters.iter().filter(|p| p.name.starts_with("g_"));
+            assert_eq!(nodes.count(), NODES, "{}", function.id);
+            // What moves the belt brings its travel along.
+            let has_state = function.remembers || function.place == "belt";
+            assert_eq!(card.states.len(), usize::from(has_state));
+            let values: Vec<f64> = (1..=NODES).map(|i| 1e-3 * i as f64).collect();
+            let memory = function.remembers.then_some(0.2);
+            let fitted = UserCard::parse(&function.file_with("unknown", &values, memory)).unwrap();
+            assert_eq!(fitted.id, "unknown");
+            let typical: Vec<f64> = fitted.parameters.iter().map(|p| p.typical).collect();
+            assert!(values.iter().all(|v| typical.contains(v)), "{typical:?}");
+            assert!(!function.remembers || typical.contains(&0.2), "{typical:?}");
+        }
     }
 }

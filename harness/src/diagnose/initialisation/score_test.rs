@@ -370,4 +370,43 @@ mod tests {
             "{found} {expected}"
         );
     }
+
+    /// Source: Bayes' theorem for a straight line with known noise, evidence of two waves with standard normal weights beside a
+    /// level against the level alone.
+    #[test]
+    fn val_the_gain_of_a_curve_is_the_evidence_of_a_linear_model() {
+        let n = 40;
+        let x: Vec<f64> = (0..n).map(|i| f64::from(i) / 10.0).collect();
+        let data = DVector::from_fn(n as usize, |i, _| 1.0 + 0.8 * x[i].sin() - 0.3 * x[i].cos());
+        let design = DMatrix::from_fn(n as usize, 3, |i, j| match j {
+            0 => 1.0,
+            1 => x[i].sin(),
+            _ => x[i].cos(),
+        });
+        let level_std = 2.0_f64;
+        let evidence = |columns: usize| {
+            let part = design.columns(0, columns).into_owned();
+            let mut prior = DMatrix::identity(columns, columns);
+            prior[(0, 0)] = level_std.powi(2);
+            let covariance =
+                DMatrix::identity(n as usize, n as usize) + &part * prior * part.transpose();
+            let factor = covariance.cholesky().unwrap();
+            let half_log: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+            -0.5 * data.dot(&factor.solve(&data)) - half_log
+        };
+        // At the optimum of the level alone.
+        let level = design.column(0).dot(&data) / (f64::from(n) + level_std.powi(-2));
+        let rest = &data - design.column(0) * level;
+        let beliefs = DVector::from_vec(vec![level_std.powi(-2), 1.0, 1.0]);
+        let matrix = design.tr_mul(&design) + DMatrix::from_diagonal(&beliefs);
+        let mut gradient = design.tr_mul(&rest);
+        gradient[0] -= level * level_std.powi(-2);
+        let (found, fall) = gain_of_curve(matrix, gradient, &[1, 2]).unwrap();
+        let expected = evidence(3) - evidence(1);
+        assert!(
+            (found - expected).abs() < 1e-9 * expected.abs(),
+            "{found} {expected}"
+        );
+        assert!(fall > found);
+    }
 }
