@@ -240,3 +240,90 @@ fn effects_with_one_id_and_too_many_effects_are_refused() {
     let error = Layout::with(all).unwrap_err();
     assert!(error.to_string().contains("81 effects"), "{error}");
 }
+
+const WITH_MEMORY: &str = r#"id = "warm"
+title = "Friction falls with a temperature"
+target = "friction_factor"
+expression = "1 - k*heat + table(v_abs, g)"
+
+[[parameter]]
+name = "k"
+unit = "1/K"
+min = -1
+max = 1
+typical = 0.01
+
+[[state]]
+name = "heat"
+unit = "K"
+nominal = 5.0
+rate = "abs(F*v_r) - heat/0.1"
+
+[[table]]
+name = "g"
+unit = "1"
+at = [0.0, 0.1, 0.3]
+min = -0.5
+max = 0.5
+typical = 0.02
+"#;
+
+#[test]
+fn states_and_tables_are_read_and_bring_variables() {
+    let card = UserCard::parse(WITH_MEMORY).unwrap();
+    assert_eq!(
+        card.equation(),
+        "mu -> mu (1 - k*heat + table(v_abs, g)),  heat' = abs(F*v_r) - heat/0.1"
+    );
+    let layout = Layout::with(vec![card]).unwrap();
+    for name in [
+        "warm.k",
+        "warm.g_1",
+        "warm.g_3",
+        "warm.state.heat",
+        "der(warm.state.heat)",
+    ] {
+        assert!(layout.index_of_name(name).is_some(), "{name}");
+    }
+    let list = WITH_MEMORY.replace("typical = 0.02", "typical = [0.01, 0.02, 0.03]");
+    let typical = UserCard::parse(&list).unwrap().parameters[3].typical;
+    assert_eq!(typical, 0.03);
+}
+
+#[test]
+fn states_and_tables_that_cannot_be_are_refused_with_line_and_remedy() {
+    for (from, to, line, part) in [
+        ("nominal = 5.0", "nominal = 0.0", 16, "it must be positive"),
+        ("heat/0.1", "cold/0.1", 4, "unknown name 'cold'"),
+        (
+            "at = [0.0, 0.1, 0.3]",
+            "at = [0.0, 0.3, 0.1]",
+            22,
+            "each behind the one before",
+        ),
+        (
+            "typical = 0.02",
+            "typical = [0.1, 0.2]",
+            25,
+            "one number, or 3 as at has",
+        ),
+        (
+            "title",
+            "mode = 1\ntitle",
+            2,
+            "with target = 'frequency_factor'",
+        ),
+        (
+            "name = \"heat\"",
+            "name = \"F\"",
+            4,
+            "'F' can't name a state",
+        ),
+    ] {
+        let text = WITH_MEMORY.replacen(from, to, 1);
+        assert_ne!(text, WITH_MEMORY, "{from}");
+        let error = UserCard::parse(&text).expect_err(to);
+        assert!(error.to_string().contains(part), "{to}: {error}");
+        assert_eq!(error.line(), Some(line), "{to}: {error}");
+    }
+}

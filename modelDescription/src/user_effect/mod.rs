@@ -172,7 +172,7 @@ impl UserCard {
     /// The equation in plain text.
     pub fn equation(&self) -> String {
         let formula = &self.expression;
-        match self.target {
+        let mut out = match self.target {
             Target::FrictionFactor => format!("mu -> mu ({formula})"),
             Target::NormalForceFactor => format!("F_N -> F_N ({formula})"),
             Target::TipForce => format!("F_tip = {formula}"),
@@ -185,7 +185,11 @@ impl UserCard {
             }
             Target::Measurement => format!("w_measured = {formula}"),
             Target::ClampAcceleration => format!("a_clamp = {formula}"),
+        };
+        for UserEffectState { state, .. } in &self.states {
+            out += &format!(",  {}' = {}", state.name, state.rate);
         }
+        out
     }
 
     fn of_mode(&self) -> String {
