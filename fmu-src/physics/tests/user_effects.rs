@@ -36,18 +36,27 @@ fn with(user: UserEffect) -> ModelParameters {
 }
 
 fn run(parameters: &ModelParameters) -> Result<Simulation, PhysicsError> {
+    run_from(parameters, false)
+}
+
+/// `settled` says whether the effects' states are in equilibrium with the start.
+fn run_from(parameters: &ModelParameters, settled: bool) -> Result<Simulation, PhysicsError> {
     let mut state = [0.0; MAX_STATES];
     state[0] = 8.3e-4;
     let start = Start {
         state,
         contact: StartContact::Stick,
+        settled,
         ..Start::default()
     };
     Simulation::new(parameters, Inputs::constant(0.1, 100.0), &start, 1e-10)
 }
 
 fn motion(parameters: &ModelParameters) -> Vec<f64> {
-    let mut run = run(parameters).unwrap();
+    displacements(run(parameters).unwrap())
+}
+
+fn displacements(mut run: Simulation) -> Vec<f64> {
     (1..=40)
         .map(|i| {
             run.advance_to(1e-3 * f64::from(i)).unwrap();
@@ -182,22 +191,7 @@ fn a_formula_with_states_moves_as_the_catalogues_effect_does() {
 
 /// As [`motion`], with the effects' states in equilibrium with the start.
 fn settled_motion(parameters: &ModelParameters) -> Vec<f64> {
-    let mut state = [0.0; MAX_STATES];
-    state[0] = 8.3e-4;
-    let start = Start {
-        state,
-        contact: StartContact::Stick,
-        settled: true,
-        ..Start::default()
-    };
-    let inputs = Inputs::constant(0.1, 100.0);
-    let mut run = Simulation::new(parameters, inputs, &start, 1e-10).unwrap();
-    (1..=40)
-        .map(|i| {
-            run.advance_to(1e-3 * f64::from(i)).unwrap();
-            run.measured_displacement()
-        })
-        .collect()
+    displacements(run_from(parameters, true).unwrap())
 }
 
 #[test]
@@ -269,22 +263,13 @@ fn a_state_that_runs_away_ends_the_run_with_its_name() {
         states: vec![state("x", "1", "1000*x")],
         ..effect(Target::TipForce, "0*x", &[])
     };
-    let mut run = run_settled(&with(user)).unwrap();
+    let mut run = run_from(&with(user), true).unwrap();
     let message = run.advance_to(1.0).unwrap_err().to_string();
     assert!(
         message.contains("user effect 'mine': state x = "),
         "{message}"
     );
     assert!(message.contains("has run away"), "{message}");
-}
-
-fn run_settled(parameters: &ModelParameters) -> Result<Simulation, PhysicsError> {
-    let start = Start {
-        contact: StartContact::Stick,
-        settled: true,
-        ..Start::default()
-    };
-    Simulation::new(parameters, Inputs::constant(0.1, 100.0), &start, 1e-10)
 }
 
 #[test]

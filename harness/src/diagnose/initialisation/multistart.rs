@@ -119,14 +119,10 @@ pub fn continued(
     start: Point,
     options: FitOptions,
 ) -> Result<FittedHypothesis, Error> {
-    let data = problem.data(segments);
-    let choices = &hypothesis.choices;
-    let question = ("continued", choices, segments, data.noise, &start, options);
-    let fit = problem.finished.recall(&question, || {
-        let mut predictor = problem.predictor(&hypothesis)?;
-        Ok(Fitter::new(&mut predictor, &hypothesis, &data, options).run(start.clone()))
-    })?;
-    Ok(FittedHypothesis { hypothesis, fit })
+    let all = (hypothesis, segments, options);
+    recalled(problem, "continued", all, start, |fitter, start| {
+        fitter.run(start)
+    })
 }
 
 /// Fits a hypothesis from `start`: its start states first, then all.
@@ -140,14 +136,28 @@ pub fn settled(
     start: Point,
     options: FitOptions,
 ) -> Result<FittedHypothesis, Error> {
+    let all = (hypothesis, segments, options);
+    recalled(problem, "settled", all, start, |fitter, start| {
+        let settled = fitter.fit_initial_states(start);
+        fitter.run(settled.point)
+    })
+}
+
+/// A fit of this name from `start`, or the one that was finished before.
+fn recalled(
+    problem: &Problem,
+    name: &str,
+    (hypothesis, segments, options): (Hypothesis, &[Segment], FitOptions),
+    start: Point,
+    fit: impl Fn(&mut Fitter, Point) -> Fit,
+) -> Result<FittedHypothesis, Error> {
     let data = problem.data(segments);
     let choices = &hypothesis.choices;
-    let question = ("settled", choices, segments, data.noise, &start, options);
+    let question = (name, choices, segments, data.noise, &start, options);
     let fit = problem.finished.recall(&question, || {
         let mut predictor = problem.predictor(&hypothesis)?;
         let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, options);
-        let settled = fitter.fit_initial_states(start.clone());
-        Ok(fitter.run(settled.point))
+        Ok(fit(&mut fitter, start.clone()))
     })?;
     Ok(FittedHypothesis { hypothesis, fit })
 }

@@ -96,6 +96,15 @@ impl Parameter {
         targets.map(move |&(reference, factor)| (reference, factor * value))
     }
 
+    /// Where among variables that are set already a value of its own adds up: latent values make a curve together, all others
+    /// stand alone.
+    pub fn adds_to(&self, mut known: impl Iterator<Item = u32>, reference: u32) -> Option<usize> {
+        if self.kind != Kind::Latent {
+            return None;
+        }
+        known.position(|k| k == reference)
+    }
+
     /// Derivative of its value by its position.
     pub fn slope(&self, position: f64) -> f64 {
         match self.scale {

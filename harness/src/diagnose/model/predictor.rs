@@ -2,7 +2,6 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
-use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
@@ -97,9 +96,8 @@ impl<'a> Predictor<'a> {
         }
         let parameters = h.shared.iter().zip(shared);
         for (parameter, &position) in parameters.chain(h.per_run[segment.run].iter().zip(per_run)) {
-            let adds = parameter.kind == Kind::Latent;
             for (reference, value) in parameter.settings(position) {
-                match self.names.iter().position(|n| adds && *n == reference) {
+                match parameter.adds_to(self.names.iter().copied(), reference) {
                     Some(i) => self.values[i] += value,
                     None => self.push(reference, value),
                 }

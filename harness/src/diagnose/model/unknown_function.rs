@@ -35,42 +35,26 @@ struct Place {
     formula: &'static str,
 }
 
-const FRICTION: Place = Place {
-    name: "friction",
-    target: "friction_factor",
-    formula: "1 + G",
-};
+const fn place(name: &'static str, target: &'static str, formula: &'static str) -> Place {
+    Place {
+        name,
+        target,
+        formula,
+    }
+}
+
+const FRICTION: Place = place("friction", "friction_factor", "1 + G");
 /// A force that adds to the normal force, so that it counts less at a higher one; in shares of the mean one.
-const NORMAL_FORCE: Place = Place {
-    name: "normal_force",
-    target: "normal_force_factor",
-    formula: "1 + G*MEAN_FORCE/F_N",
-};
-const TIP_FORCE: Place = Place {
-    name: "tip_force",
-    target: "tip_force",
-    formula: "G",
-};
-const FREQUENCY: Place = Place {
-    name: "frequency",
-    target: "frequency_factor",
-    formula: "1 + G",
-};
-const DAMPING: Place = Place {
-    name: "damping",
-    target: "damping_factor",
-    formula: "1 + G",
-};
-const MEASUREMENT: Place = Place {
-    name: "measurement",
-    target: "measurement",
-    formula: "w + G",
-};
-const BELT: Place = Place {
-    name: "belt",
-    target: "belt_velocity",
-    formula: "v0*G",
-};
+const NORMAL_FORCE: Place = place(
+    "normal_force",
+    "normal_force_factor",
+    "1 + G*MEAN_FORCE/F_N",
+);
+const TIP_FORCE: Place = place("tip_force", "tip_force", "G");
+const FREQUENCY: Place = place("frequency", "frequency_factor", "1 + G");
+const DAMPING: Place = place("damping", "damping_factor", "1 + G");
+const MEASUREMENT: Place = place("measurement", "measurement", "w + G");
+const BELT: Place = place("belt", "belt_velocity", "v0*G");
 
 /// What an unknown function depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,6 @@
 //! What a model that was found has of its own in each run, in the FMU's own variables, so that it can be run again without
 //! the diagnosis: the run's parameters, and the start states of the pieces on which its error was judged.
 
-use crate::diagnose::model::parameter::Kind as ParameterKind;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::Step;
@@ -66,10 +65,9 @@ fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<
     let shared = h.shared.iter().zip(&point.shared);
     let per_run = h.per_run[run].iter().zip(&point.per_run[run]);
     for (parameter, position) in shared.chain(per_run) {
-        let adds = parameter.kind == ParameterKind::Latent;
         for (reference, value) in parameter.settings(*position) {
-            match out.iter_mut().find(|o| adds && o.0 == reference) {
-                Some(known) => known.1 += value,
+            match parameter.adds_to(out.iter().map(|o| o.0), reference) {
+                Some(i) => out[i].1 += value,
                 None => out.push((reference, value)),
             }
         }
