@@ -129,7 +129,7 @@ pub enum Error {
         /// The campaign file.
         path: PathBuf,
         /// The list that does not fit.
-        key: &'static str,
+        key: String,
         /// Its length.
         found: usize,
         /// The number of natural frequencies.

@@ -170,3 +170,46 @@ fn a_delimiter_that_numbers_are_made_of_is_refused() {
     let campaign = format!("[channels]\ndelimiter = \"\\t\"\n{CAMPAIGN}");
     load(&campaign, &good_csv().replace(',', "\t")).unwrap();
 }
+
+const STATED: &str = "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\nnatural_frequencies_std_hz = [0.4, 5.1]\nmass_kg = 0.4\nmass_std_kg = 0.016\ntip_values = [2.0, -2.0]\ntip_values_std = 0.03\n[rig]\nbelt_velocity_std = 0.02\nbelt_velocity_run_std = 0.005\nnormal_force_run_std = 0.03\n";
+
+#[test]
+fn how_well_things_are_known_may_be_stated_in_their_own_units() {
+    let known = load(&format!("{STATED}{CAMPAIGN}"), &good_csv())
+        .unwrap()
+        .uncertainty;
+    assert!(
+        (known.frequency(0) - 0.005).abs() < 1e-12 && (known.frequency(1) - 0.01).abs() < 1e-12
+    );
+    assert!((known.participation(1) - 0.04f64.hypot(0.03)).abs() < 1e-12);
+    assert_eq!(
+        (known.belt_velocity_std, known.normal_force_std),
+        (0.02, 0.025)
+    );
+    assert_eq!(
+        (known.belt_velocity_run_std, known.normal_force_run_std),
+        (0.005, 0.03)
+    );
+}
+
+#[test]
+fn messages_of_what_is_known_wrongly() {
+    for (from, to, expected) in [
+        ("[0.4, 5.1]", "[0.4]", "natural_frequencies_std_hz has 1"),
+        ("mass_kg = 0.4\n", "", "state both under [beam]"),
+        (
+            "= 0.03\n[rig]",
+            "= -0.03\n[rig]",
+            "it must be greater than zero",
+        ),
+        (
+            "[rig]",
+            "[uncertainty]\nbelt_velocity_std = 0.01\n[rig]",
+            "leave one out",
+        ),
+    ] {
+        let campaign = format!("{}{CAMPAIGN}", STATED.replacen(from, to, 1));
+        let found = message(&campaign, &good_csv());
+        assert!(found.contains(expected), "{found}");
+    }
+}

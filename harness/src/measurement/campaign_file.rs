@@ -7,7 +7,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::csv_table::Channels;
-use super::{BeamKnowledge, Role, Uncertainty};
+use super::uncertainty::{OfModes, Uncertainty};
+use super::{BeamKnowledge, Role};
 use crate::error::Error;
 
 /// The file's content, checked.
@@ -37,6 +38,8 @@ struct RawFile {
     #[serde(default)]
     uncertainty: RawUncertainty,
     #[serde(default)]
+    rig: RawRig,
+    #[serde(default)]
     channels: RawChannels,
     #[serde(default)]
     run: Vec<RawRun>,
@@ -52,6 +55,24 @@ struct RawUncertainty {
     participations_std: Option<Spanned<f64>>,
 }
 
+/// Standard deviations of the stated inputs as shares: of a factor common to all runs, and from run to run.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawRig {
+    belt_velocity_std: Option<Spanned<f64>>,
+    normal_force_std: Option<Spanned<f64>>,
+    belt_velocity_run_std: Option<Spanned<f64>>,
+    normal_force_run_std: Option<Spanned<f64>>,
+}
+
+/// One number for all modes, or one for each.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrEach {
+    One(f64),
+    Each(Vec<f64>),
+}
+
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 struct RawBeam {
@@ -60,6 +81,10 @@ struct RawBeam {
     mass_kg: Option<Spanned<f64>>,
     masses_kg: Option<Vec<Spanned<f64>>>,
     tip_values: Option<Vec<Spanned<f64>>>,
+    natural_frequencies_std_hz: Option<Spanned<OneOrEach>>,
+    damping_ratios_std: Option<Spanned<OneOrEach>>,
+    mass_std_kg: Option<Spanned<OneOrEach>>,
+    tip_values_std: Option<Spanned<OneOrEach>>,
 }
 
 /// How to read the CSV files; in `[channels]` for all runs, or in a `[[run]]` for that one.
@@ -100,8 +125,8 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
         problem: e.message().replace('\n', "; "),
     })?;
     let check = Check { path, text: &text };
-    let beam = check.beam(raw.beam)?;
-    let uncertainty = check.uncertainty(raw.uncertainty)?;
+    let (beam, of_modes) = check.beam(raw.beam)?;
+    let uncertainty = check.uncertainty(raw.uncertainty, raw.rig, of_modes)?;
     if raw.run.is_empty() {
         return Err(Error::NoRuns {
             path: path.to_owned(),
@@ -153,7 +178,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     };
     Ok(CampaignFile {
         name: None,
-        beam: check.beam(raw.beam)?,
+        beam: check.beam(raw.beam)?.0,
         uncertainty: Uncertainty::default(),
         runs: vec![check.run(run, &raw.channels)?],
     })
@@ -244,37 +269,116 @@ impl Check<'_> {
         }
     }
 
-    fn uncertainty(&self, raw: RawUncertainty) -> Result<Uncertainty, Error> {
+    fn uncertainty(
+        &self,
+        raw: RawUncertainty,
+        rig: RawRig,
+        of_modes: OfModes,
+    ) -> Result<Uncertainty, Error> {
         let usual = Uncertainty::default();
         let share = |key: &str, given: Option<Spanned<f64>>, usual: f64| match given {
-            Some(value) => self.number(&format!("[uncertainty] {key}"), "1", SHARE, value),
+            Some(value) => self.number(key, "1", SHARE, value),
             None => Ok(usual),
         };
+        // The same key in both tables is one too many: neither is more right.
+        let both = |key: &str, a: &Option<Spanned<f64>>, b: &Option<Spanned<f64>>| match (a, b) {
+            (Some(_), Some(again)) => Err(Error::CampaignFile {
+                path: self.path.to_owned(),
+                line: line_of(self.text, again.span()),
+                problem: format!("{key} stands under [rig] and under [uncertainty]; leave one out"),
+            }),
+            _ => Ok(()),
+        };
+        both(
+            "belt_velocity_std",
+            &rig.belt_velocity_std,
+            &raw.belt_velocity_std,
+        )?;
+        both(
+            "normal_force_std",
+            &rig.normal_force_std,
+            &raw.normal_force_std,
+        )?;
         Ok(Uncertainty {
             belt_velocity_std: share(
                 "belt_velocity_std",
-                raw.belt_velocity_std,
+                rig.belt_velocity_std.or(raw.belt_velocity_std),
                 usual.belt_velocity_std,
             )?,
             normal_force_std: share(
                 "normal_force_std",
-                raw.normal_force_std,
+                rig.normal_force_std.or(raw.normal_force_std),
                 usual.normal_force_std,
             )?,
+            belt_velocity_run_std: share(
+                "[rig] belt_velocity_run_std",
+                rig.belt_velocity_run_std,
+                usual.belt_velocity_run_std,
+            )?,
+            normal_force_run_std: share(
+                "[rig] normal_force_run_std",
+                rig.normal_force_run_std,
+                usual.normal_force_run_std,
+            )?,
             natural_frequencies_std: share(
-                "natural_frequencies_std",
+                "[uncertainty] natural_frequencies_std",
                 raw.natural_frequencies_std,
                 usual.natural_frequencies_std,
             )?,
             participations_std: share(
-                "participations_std",
+                "[uncertainty] participations_std",
                 raw.participations_std,
                 usual.participations_std,
             )?,
+            of_modes,
         })
     }
 
-    fn beam(&self, raw: RawBeam) -> Result<BeamKnowledge, Error> {
+    /// Standard deviations of the modes as shares of `values`; empty where none are stated. One number stands for all modes.
+    fn shares_of_modes(
+        &self,
+        (key, unit): (&str, &'static str),
+        given: Option<Spanned<OneOrEach>>,
+        (values_key, values): (&str, &[f64]),
+    ) -> Result<Vec<f64>, Error> {
+        let Some(given) = given else {
+            return Ok(Vec::new());
+        };
+        let span = given.span();
+        let stds = match given.into_inner() {
+            OneOrEach::One(std) => vec![std; values.len().max(1)],
+            OneOrEach::Each(stds) => stds,
+        };
+        let stds = stds.into_iter().map(|s| Spanned::new(span.clone(), s));
+        let stds = self.list(key, unit, POSITIVE, Some(stds.collect()))?;
+        if values.is_empty() {
+            return Err(Error::CampaignFile {
+                path: self.path.to_owned(),
+                line: line_of(self.text, span),
+                problem: format!(
+                    "{key} says how well {values_key} is known, which is not stated; state both under [beam]"
+                ),
+            });
+        }
+        if stds.len() != values.len() {
+            return Err(Error::CampaignModes {
+                path: self.path.to_owned(),
+                key: key.to_owned(),
+                found: stds.len(),
+                expected: values.len(),
+            });
+        }
+        // A damping ratio of zero has no share: its belief is as wide as where nothing is stated.
+        let shares = stds.iter().zip(values);
+        Ok(shares
+            .map(|(std, value)| match *value == 0.0 {
+                true => f64::NAN,
+                false => (std / value.abs()).clamp(1e-6, 0.5),
+            })
+            .collect())
+    }
+
+    fn beam(&self, raw: RawBeam) -> Result<(BeamKnowledge, OfModes), Error> {
         let mut beam = BeamKnowledge {
             natural_frequencies_hz: self.list(
                 "[beam] natural_frequencies_hz",
@@ -308,10 +412,34 @@ impl Check<'_> {
             .into_iter()
             .find(|(_, n)| modes > 0 && *n > 0 && *n != modes)
         {
-            None => Ok(beam),
+            None => {
+                let of_modes = OfModes {
+                    frequencies: self.shares_of_modes(
+                        ("natural_frequencies_std_hz", "Hz"),
+                        raw.natural_frequencies_std_hz,
+                        ("natural_frequencies_hz", &beam.natural_frequencies_hz),
+                    )?,
+                    damping_ratios: self.shares_of_modes(
+                        ("damping_ratios_std", "1"),
+                        raw.damping_ratios_std,
+                        ("damping_ratios", &beam.damping_ratios),
+                    )?,
+                    masses: self.shares_of_modes(
+                        ("mass_std_kg", "kg"),
+                        raw.mass_std_kg,
+                        ("mass_kg", &beam.masses_kg),
+                    )?,
+                    tip_values: self.shares_of_modes(
+                        ("tip_values_std", "1"),
+                        raw.tip_values_std,
+                        ("tip_values", &beam.tip_values),
+                    )?,
+                };
+                Ok((beam, of_modes))
+            }
             Some((key, found)) => Err(Error::CampaignModes {
                 path: self.path.to_owned(),
-                key,
+                key: key.to_owned(),
                 found,
                 expected: modes,
             }),

@@ -25,6 +25,7 @@ mod lines;
 mod noise;
 mod sampling;
 mod table;
+mod uncertainty;
 mod unit;
 
 use std::path::{Path, PathBuf};
@@ -33,6 +34,7 @@ pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
+pub use uncertainty::{OfModes, Uncertainty};
 
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
@@ -50,30 +52,6 @@ pub struct Campaign {
     pub uncertainty: Uncertainty,
     /// The runs, in the order of the file; at least one.
     pub runs: Vec<Run>,
-}
-
-/// How well stated quantities are known: standard deviations as shares of the value (0.01 is one percent).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uncertainty {
-    /// Of a factor that all belt velocities share; tachometers and drives on a rig are good for 1 %.
-    pub belt_velocity_std: f64,
-    /// Of a factor that all normal forces share; load cells and weights, 2.5 %.
-    pub normal_force_std: f64,
-    /// Of each natural frequency; modal analysis of the structure as mounted, 0.6 %.
-    pub natural_frequencies_std: f64,
-    /// Of what a force at the tip does to each mode, `phi_j^2 / m_j`: tip values to 2.5 % and modal masses to 3 % give 6 %.
-    pub participations_std: f64,
-}
-
-impl Default for Uncertainty {
-    fn default() -> Self {
-        Self {
-            belt_velocity_std: 0.01,
-            normal_force_std: 0.025,
-            natural_frequencies_std: 0.006,
-            participations_std: 0.06,
-        }
-    }
 }
 
 /// What is known of the structure. Empty or `None` means unknown; lists have one entry per mode.

@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::segment::trusted_signal;
 use crate::error::Error;
-use crate::measurement::Run;
+use crate::measurement::{Campaign, Run};
 use crate::metric::{MAD, plateau, quantile, stick_velocity};
 use crate::observer::{Settings, Structure, smooth};
 use crate::parallel::parallel;
@@ -30,15 +30,20 @@ pub struct BeltScale {
 /// ```
 ///
 /// with sigma the scatter between the runs over the root of their number, robust against runs that creep. 1 where no more than half of the runs show
-/// such a speed. `stated_std` is the standard deviation of the belief in the stated speeds, as a share.
+/// such a speed. sigma_0 is the standard deviation of the belief in the stated speeds, as a share.
+///
+/// The second are the factors of the runs: the common one, drawn to what a run itself shows as far as the campaign says that speeds
+/// differ from run to run.
 ///
 /// # Errors
 /// A run that can't be smoothed.
 pub fn belt_scale(
-    runs: &[Run],
+    campaign: &Campaign,
     structure: &Structure,
-    stated_std: f64,
-) -> Result<BeltScale, Error> {
+) -> Result<(BeltScale, Vec<f64>), Error> {
+    let runs = &campaign.runs;
+    let known = &campaign.uncertainty;
+    let (stated_std, run_std) = (known.belt_velocity_std, known.belt_velocity_run_std);
     let of_run = |run: &Run| -> Result<Option<(f64, f64)>, Error> {
         let signal = trusted_signal(run);
         let h = run.sample_interval();
@@ -56,14 +61,28 @@ pub fn belt_scale(
             (f.velocity / run.belt_velocity, share.hypot(LEAST_STD))
         }))
     };
-    let found: Vec<(f64, f64)> = parallel(runs, of_run)?
+    let believed = CREDIBLE * stated_std.hypot(run_std);
+    let of_runs: Vec<Option<(f64, f64)>> = parallel(runs, of_run)?
         .into_iter()
-        .flatten()
-        .filter(|(factor, _)| (factor - 1.0).abs() <= CREDIBLE * stated_std)
+        .map(|found| found.filter(|(factor, _)| (factor - 1.0).abs() <= believed))
         .collect();
+    let found = of_runs.iter().flatten();
+    let found: Vec<(f64, f64)> = found.map(|&(f, std)| (f, std.hypot(run_std))).collect();
     let is_common = 2 * found.len() > runs.len();
-    let found = if is_common { found } else { Vec::new() };
-    Ok(combined(found, stated_std))
+    let common = combined(if is_common { found } else { Vec::new() }, stated_std);
+    let factors = of_runs.iter().map(|f| of_one(*f, &common, run_std));
+    Ok((common, factors.collect()))
+}
+
+/// The factor of a run that shows `found` with its standard deviation, where factors differ from run to run by `run_std`.
+fn of_one(found: Option<(f64, f64)>, common: &BeltScale, run_std: f64) -> f64 {
+    match found {
+        Some((factor, std)) if run_std > 0.0 => {
+            let share = run_std.powi(2) / (run_std.powi(2) + std.powi(2));
+            common.value + share * (factor - common.value)
+        }
+        _ => common.value,
+    }
 }
 
 /// The factor from those of the runs and their standard deviations.
@@ -103,6 +122,15 @@ mod tests {
         assert_eq!(combined(Vec::new(), 0.01).value, 1.0);
         let s = combined(vec![(1.02, 5e-4), (1.0201, 5e-4), (0.95, 0.1)], 0.01).value;
         assert!((s - 1.02).abs() < 2e-4, "{s}");
+    }
+
+    #[test]
+    fn a_run_has_its_own_factor_only_where_runs_differ() {
+        let common = combined(vec![(1.01, 5e-4)], 0.01);
+        assert_eq!(of_one(Some((1.02, 5e-4)), &common, 0.0), common.value);
+        let own = of_one(Some((1.02, 5e-4)), &common, 0.01);
+        assert!((own - 1.02).abs() < 1e-4, "{own}");
+        assert_eq!(of_one(None, &common, 0.01), common.value);
     }
 
     #[test]

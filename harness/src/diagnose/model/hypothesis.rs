@@ -207,7 +207,7 @@ impl Hypothesis {
                 "Hz",
                 reference(&at("frequency"))?,
                 mode.frequency_hz,
-                known.natural_frequencies_std,
+                known.frequency(j),
                 1.06,
             ));
             shared.push(log(
@@ -215,7 +215,7 @@ impl Hypothesis {
                 "1",
                 reference(&at("damping_ratio"))?,
                 mode.damping_ratio.max(1e-6),
-                0.5,
+                known.damping_ratio(j),
                 30.0,
             ));
             fixed.push((reference(&at("tip_value"))?, mode.tip_value));
@@ -224,7 +224,7 @@ impl Hypothesis {
                 "kg",
                 reference(&at("mass"))?,
                 mode.mass_kg,
-                known.participations_std,
+                known.participation(j),
                 1.5,
             ));
         }
@@ -265,9 +265,11 @@ impl Hypothesis {
         let level_reference = reference("friction.level")?;
         let level = |belief: Belief| {
             let name = "friction.level".to_owned();
+            // Only the product of a run's level and its normal force acts.
+            let std = belief.1.hypot(known.normal_force_run_std);
             Parameter {
                 kind: Kind::Level,
-                ..log(name, "1", level_reference, belief.0, belief.1, 4.0)
+                ..log(name, "1", level_reference, belief.0, std, 4.0)
             }
         };
         let offset = Parameter {

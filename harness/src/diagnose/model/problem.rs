@@ -53,8 +53,10 @@ pub struct Problem<'a> {
     pub fmu: &'a Fmu,
     /// The measurements, with the belt speeds that their stick phases show.
     pub campaign: Campaign,
-    /// Factor from the stated belt speeds to these.
+    /// Factor from the stated belt speeds to these, common to all runs.
     pub belt_scale: BeltScale,
+    /// Belt speeds in m/s as the campaign states them.
+    stated_belt_velocities: Vec<f64>,
     /// Effects that the model offers.
     pub catalogue: Vec<EffectCard>,
     /// Names looked up.
@@ -116,13 +118,10 @@ impl<'a> Problem<'a> {
             runs: used.into_iter().map(|u| u.run).collect(),
             ..campaign.clone()
         };
-        let belt_scale = belt_scale(
-            &campaign.runs,
-            &structure,
-            campaign.uncertainty.belt_velocity_std,
-        )?;
-        for run in &mut campaign.runs {
-            run.belt_velocity *= belt_scale.value;
+        let stated_belt_velocities = campaign.runs.iter().map(|r| r.belt_velocity).collect();
+        let (belt_scale, of_runs) = belt_scale(&campaign, &structure)?;
+        for (run, factor) in campaign.runs.iter_mut().zip(of_runs) {
+            run.belt_velocity *= factor;
         }
         let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
         let shortest = smoothings
@@ -205,6 +204,7 @@ impl<'a> Problem<'a> {
             fmu,
             campaign,
             belt_scale,
+            stated_belt_velocities,
         };
         problem.has_segments()?;
         Ok(problem)
@@ -246,7 +246,7 @@ impl<'a> Problem<'a> {
 
     /// Belt speed of a run in m/s as the campaign states it.
     pub fn stated_belt_velocity(&self, run: usize) -> f64 {
-        self.campaign.runs[run].belt_velocity / self.belt_scale.value
+        self.stated_belt_velocities[run]
     }
 
     /// Mean standard deviation of the displacement over the runs, in m.
