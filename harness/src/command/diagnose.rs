@@ -1,5 +1,6 @@
 //! `stickslip diagnose`: which physical effect the model lacks, from a measured campaign.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -14,7 +15,8 @@ use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::unknown_functions;
-use crate::diagnose::result::assemble::conclude;
+use crate::diagnose::result::assemble::{conclude, shown};
+use crate::diagnose::result::curve_formula;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::{Step, climb};
 use crate::diagnose::result::run_sets::run_sets;
@@ -143,6 +145,8 @@ pub fn diagnose(
         .chain(unknown.iter().map(|f| f.file.as_str()))
         .collect();
     let widened = pack::widened::with_effects(fmu, &files)?;
+    // One with formulas for a curve that was found, made when that is known.
+    let further = OnceCell::new();
     watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
     problem.unknown_functions = unknown;
@@ -153,6 +157,16 @@ pub fn diagnose(
     );
     problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
     let mut selection = select(&problem, watch)?;
+    let formulas = curve_formula::formulas(&problem, &selection);
+    let texts: Vec<&str> = formulas.iter().map(|f| f.file.as_str()).collect();
+    if !texts.is_empty()
+        && !watch.stop()
+        && let Some(with_formulas) = pack::widened::with_effects(problem.fmu, &texts)?
+    {
+        let fmu = further.get_or_init(|| with_formulas);
+        problem.widen(fmu, texts.into_iter().map(str::to_owned).collect())?;
+        curve_formula::fit(&problem, &mut selection, &formulas)?;
+    }
     if search.null > 0 {
         calibrate_threshold(&problem, &mut selection, search.null, watch)?;
     }
@@ -183,13 +197,13 @@ pub fn report(
     let provenance = Provenance::of_campaign(campaign, fmu.path())?;
     let json = provenance.json(&diagnosis);
     write_file(&output.join(JSON), json.as_bytes())?;
-    // Where no effect is named the model written is the calibrated one.
-    let written = if diagnosis.effects.is_empty() {
-        steps.first()
-    } else {
-        steps.last()
-    };
-    let written = written.expect("the calibrated model is a step");
+    let written = &steps[shown(problem, selection, diagnosis.verdict, steps)];
+    let choices = written.fitted.hypothesis.choices.iter();
+    let ids: Vec<&str> = choices
+        .map(|c| problem.catalogue[c.effect].id.as_str())
+        .collect();
+    let widened = pack::widened::with_effects_of(fmu, problem.fmu, &ids)?;
+    let fmu = widened.as_ref().unwrap_or(fmu);
     repaired_model::write(fmu, &diagnosis, &run_sets(problem, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
     if let Some(unknown) = &diagnosis.unknown {

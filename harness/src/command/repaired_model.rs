@@ -30,6 +30,7 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
             out.push((format!("{}.{name}", effect.id), per_run[0]));
         }
     }
+    out.extend(diagnosis.unnamed_effects.iter().cloned());
     out
 }
 

@@ -26,7 +26,6 @@ use crate::command::pack;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::{continued, settled};
-use crate::diagnose::initialisation::score_test::strength;
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::library;
@@ -100,7 +99,8 @@ pub fn power(fmu: &Fmu, campaign: &Campaign, answer: &Answer) -> Result<Option<P
 /// The parameter whose relative standard deviation is that of an effect's strength.
 fn strength_of(card: &EffectCard) -> Option<usize> {
     let is_stiffness = |p: &EffectParameter| p.role == Role::Shape && p.unit == "N/m";
-    strength(card).or_else(|| card.parameters.iter().position(is_stiffness))
+    card.switch()
+        .or_else(|| card.parameters.iter().position(is_stiffness))
 }
 
 /// The way to choose an effect in the form that is hidden; `None` where the model does not have it.

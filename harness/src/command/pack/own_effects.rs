@@ -56,7 +56,7 @@ pub fn files(layout: &Layout) -> impl Iterator<Item = Entry> {
     })
 }
 
-/// The users' effects in an FMU of this project.
+/// The users' effects in an FMU of this project, in its order.
 ///
 /// # Errors
 /// An archive that can't be read, or an effect in it that can't be used.
@@ -75,5 +75,12 @@ pub fn of_fmu(fmu: &Fmu) -> Result<Vec<UserCard>, Error> {
         let text = std::str::from_utf8(content).map_err(|e| refused(None, e.to_string()))?;
         UserCard::parse(text).map_err(|e| refused(e.line(), e.to_string()))
     };
-    effects.map(read).collect()
+    let mut cards = effects.map(read).collect::<Result<Vec<UserCard>, _>>()?;
+    // In the order in which the FMU has their variables: the archive's is that of names.
+    let variables = &fmu.description().variables;
+    cards.sort_by_cached_key(|card| {
+        let own = format!("{}.", card.id);
+        variables.iter().position(|v| v.name.starts_with(&own))
+    });
+    Ok(cards)
 }

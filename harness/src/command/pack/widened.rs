@@ -12,6 +12,28 @@ use crate::fmu::Fmu;
 /// # Errors
 /// An archive that can't be read, or a temporary folder that can't be written.
 pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
+    let cards: Result<Vec<UserCard>, _> = texts.iter().map(|t| UserCard::parse(t)).collect();
+    match cards {
+        Ok(cards) => with_cards(fmu, cards),
+        Err(_) => Ok(None),
+    }
+}
+
+/// The FMU with those users' effects of `from` that are among `ids` and not its own; `None` as in [`with_effects`].
+///
+/// # Errors
+/// As [`with_effects`].
+pub fn with_effects_of(fmu: &Fmu, from: &Fmu, ids: &[&str]) -> Result<Option<Fmu>, Error> {
+    let own = own_effects::of_fmu(fmu)?;
+    let mut wanted = own_effects::of_fmu(from)?;
+    wanted.retain(|c| ids.contains(&c.id.as_str()) && own.iter().all(|o| o.id != c.id));
+    if wanted.is_empty() {
+        return Ok(None);
+    }
+    with_cards(fmu, wanted)
+}
+
+fn with_cards(fmu: &Fmu, further: Vec<UserCard>) -> Result<Option<Fmu>, Error> {
     let mut files = fmu.files()?;
     let Some(starts) = files.iter().find(|f| f.0 == START_VALUES) else {
         return Ok(None);
@@ -20,12 +42,7 @@ pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
         return Ok(None);
     };
     let mut cards = own_effects::of_fmu(fmu)?;
-    for text in texts {
-        match UserCard::parse(text) {
-            Ok(card) => cards.push(card),
-            Err(_) => return Ok(None),
-        }
-    }
+    cards.extend(further);
     let Ok(layout) = Layout::with(cards) else {
         return Ok(None);
     };
@@ -72,7 +89,7 @@ mod tests {
     use crate::command::repaired_model::write_fmu;
     use crate::diagnose::model::effect_card::candidates;
     use crate::diagnose::model::library;
-    use crate::diagnose::model::unknown_function::{NODES, unknown_functions};
+    use crate::diagnose::model::unknown_function::{FormulaConstant, NODES, unknown_functions};
     use crate::measurement::Campaign;
     use std::path::Path;
 
@@ -127,6 +144,41 @@ mod tests {
             let typical: Vec<f64> = fitted.parameters.iter().map(|p| p.typical).collect();
             assert!(values.iter().all(|v| typical.contains(v)), "{typical:?}");
             assert!(!function.remembers || typical.contains(&0.2), "{typical:?}");
+        }
+    }
+
+    #[test]
+    fn a_formula_stands_behind_what_was_there_and_alone_where_it_is_wanted() {
+        let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
+        let unknown = unknown_functions(&campaign, 80.0);
+        let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
+        let plain = open_fmu(None).unwrap();
+        let widened = with_effects(&plain, &files).unwrap().unwrap();
+        let before = candidates(&widened).unwrap();
+        for function in &unknown {
+            let of = |name: &str, value: f64, is_shape: bool| FormulaConstant {
+                name: name.into(),
+                unit: "1".into(),
+                value,
+                is_shape,
+            };
+            let constants = [of("c_1", -0.3, false), of("l_1", 0.01, true)];
+            let curve = format!("c_1*(1 - exp(-abs({})/l_1))", function.variable());
+            let file = function.formula_file("term_formula_1", &curve, &constants, Some(0.1));
+            let further = with_effects(&widened, &[&file]).unwrap().unwrap();
+            // A fit goes on with the same catalogue and variables.
+            let after = candidates(&further).unwrap();
+            assert!(after[..before.len()] == before, "{}", function.id);
+            let card = after.last().unwrap();
+            assert_eq!(
+                (card.id.as_str(), after.len()),
+                ("term_formula_1", before.len() + 1)
+            );
+            assert_eq!(card.parameters[0].typical, -0.3);
+            let alone = with_effects_of(&plain, &further, &["term_formula_1"]).unwrap();
+            let alone = candidates(&alone.unwrap()).unwrap();
+            assert!(alone.iter().any(|c| c.id == "term_formula_1"));
+            assert!(alone.iter().all(|c| c.id != function.id));
         }
     }
 }

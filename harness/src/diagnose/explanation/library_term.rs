@@ -16,7 +16,9 @@ pub fn proposal(
     explained_share: f64,
 ) -> Option<ProposedTerm> {
     let card = &problem.catalogue[choice.effect];
-    let files = FILES.iter().filter_map(|f| toml::from_str::<File>(f).ok());
+    let formulas = problem.formula_files.iter().map(String::as_str);
+    let files = FILES.into_iter().chain(formulas);
+    let files = files.filter_map(|f| toml::from_str::<File>(f).ok());
     let file = files.into_iter().find(|f| f.id == card.id)?;
     let fitted = card.parameters.iter().map(|p| {
         let h = &fitted.hypothesis;

@@ -10,7 +10,6 @@ use crate::diagnose::initialisation::search_options::{
     BRIEF, CLIMB, FIRST_FIT, FIRST_FIT_SHARE, STRONG_PRIOR, SearchOptions,
 };
 use crate::diagnose::initialisation::starts::{start_at_line, starts};
-use crate::diagnose::model::effect_card::Role;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
@@ -37,15 +36,11 @@ fn switched_off(
         .filter(|c| !base.hypothesis.choices.contains(c))
     {
         let effect = &problem.catalogue[choice.effect];
-        for p in effect
-            .parameters
-            .iter()
-            .filter(|p| p.role == Role::Amplitude)
+        if let Some(p) = effect.switch().map(|i| &effect.parameters[i])
+            && let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name))
         {
-            if let Some(i) = h.shared_index(&format!("{}.{}", effect.id, p.name)) {
-                // Quite off it has no derivatives.
-                point.shared[i] = h.shared[i].clamp(NEARLY_OFF * p.typical);
-            }
+            // Quite off it has no derivatives.
+            point.shared[i] = h.shared[i].clamp(h.shared[i].position(NEARLY_OFF * p.typical));
         }
         if let Some(i) = h.shared_index(&latent_name(&effect.id, 0)) {
             point.shared[i] = NEARLY_OFF;
@@ -223,7 +218,7 @@ fn best_of_starts(
         }
     }
     let mut best = first_fits.best;
-    let can_be_off = problem.catalogue[new].find_role(Role::Amplitude).is_some();
+    let can_be_off = problem.catalogue[new].switch().is_some();
     if let (None, Some(first_fit), false) = (&best, found.first(), can_be_off) {
         // As it stands: there is nothing to return to, and the model without it explains the data.
         let mut fitter = Fitter::new(&mut predictor, hypothesis, &data, FitOptions::search(0));

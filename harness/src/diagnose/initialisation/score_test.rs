@@ -107,7 +107,7 @@ pub(crate) fn promise(
         ));
     }
     let index = |i: usize| h.shared_index(&format!("{}.{}", card.id, card.parameters[i].name));
-    let Some(strength) = strength(card) else {
+    let Some(strength) = card.switch() else {
         return Ok(None);
     };
     let Some(c) = index(strength) else {
@@ -265,23 +265,7 @@ fn best_line(
 
 /// Whether a score test can speak of an effect: something switches it off by degrees, or it repeats.
 pub(crate) fn is_testable(card: &EffectCard) -> bool {
-    card.repeats() || strength(card).is_some()
-}
-
-/// The parameter that switches an effect off by degrees: its amplitude, or its only constant, a time that goes to zero.
-pub(crate) fn strength(card: &EffectCard) -> Option<usize> {
-    let shapes = || {
-        let all = card.parameters.iter().enumerate();
-        all.filter(|(_, p)| p.role == Role::Shape)
-    };
-    if card.find_role(Role::Node).is_some() {
-        return None;
-    }
-    let time = || match (shapes().count(), shapes().next()) {
-        (1, Some((i, p))) if p.unit == "s" => Some(i),
-        _ => None,
-    };
-    card.find_role(Role::Amplitude).or_else(time)
+    card.repeats() || card.switch().is_some()
 }
 
 /// Expected gain in evidence of a line that lowers the objective by `fall`, found among so many independent ones, with a phase

@@ -81,6 +81,21 @@ impl EffectCard {
         self.parameters.iter().position(|p| p.role == role)
     }
 
+    /// Index of the parameter that switches the effect off by degrees: its amplitude, or its only constant, a time after which
+    /// something follows late, and which goes to zero.
+    pub fn switch(&self) -> Option<usize> {
+        if self.find_role(Role::Node).is_some() {
+            return None;
+        }
+        let all = self.parameters.iter().enumerate();
+        let mut shapes = all.filter(|(_, p)| p.role == Role::Shape);
+        let time = match (shapes.next(), shapes.next()) {
+            (Some((i, p)), None) if p.unit == "s" => Some(i),
+            _ => None,
+        };
+        self.find_role(Role::Amplitude).or(time)
+    }
+
     /// Whether it repeats in time or along the belt, with a phase of its own in each run.
     pub fn repeats(&self) -> bool {
         self.find_role(Role::Phase).is_some()

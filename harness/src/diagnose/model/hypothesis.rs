@@ -304,7 +304,10 @@ impl Hypothesis {
                 if is_curve || choice.settings.iter().any(|s| s.0 == index) {
                     continue;
                 }
-                let scale = if p.role == Role::Shape && p.min > 0.0 {
+                // What switches the effect off acts in proportion to itself, a delay as much as an amplitude: on a logarithmic
+                // scale the way from a typical value to a small one would be a long one.
+                let is_switch = effect.switch() == Some(index);
+                let scale = if p.role == Role::Shape && p.min > 0.0 && !is_switch {
                     Scale::Log
                 } else {
                     Scale::Linear

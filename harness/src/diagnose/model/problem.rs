@@ -91,6 +91,8 @@ pub struct Problem<'a> {
     pub work: Work,
     /// Unknown functions that the model offers as effects.
     pub unknown_functions: Vec<UnknownFunction>,
+    /// Files of the formulas that were found for one of them.
+    pub formula_files: Vec<String>,
 }
 
 impl<'a> Problem<'a> {
@@ -196,6 +198,7 @@ impl<'a> Problem<'a> {
             finished: FinishedWork::default(),
             work: Work::default(),
             unknown_functions: Vec::new(),
+            formula_files: Vec::new(),
             break_aways,
             smoothings,
             segments,
@@ -252,6 +255,17 @@ impl<'a> Problem<'a> {
     /// Mean standard deviation of the displacement over the runs, in m.
     pub fn mean_spread(&self) -> f64 {
         self.spread.iter().sum::<f64>() / self.spread.len() as f64
+    }
+
+    /// Goes on with an FMU that offers more effects behind those of the one before, which keep their places and variables.
+    ///
+    /// # Errors
+    /// An annotation of effects that can't be read.
+    pub fn widen(&mut self, fmu: &'a Fmu, formula_files: Vec<String>) -> Result<(), Error> {
+        self.catalogue = candidates(fmu)?;
+        self.fmu = fmu;
+        self.formula_files = formula_files;
+        Ok(())
     }
 
     /// Makes fits count with the sensor's noise, as they may where a model explains the data.

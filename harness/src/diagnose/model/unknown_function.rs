@@ -24,6 +24,13 @@ const NODE: &str = "g_";
 /// Largest latent value, in standard deviations.
 const MOST: f64 = 20.0;
 
+/// Name of the state that low-passes an argument.
+const STATE: &str = "x";
+/// Time constant in s with which a memory is looked for first: a few periods of a beam of 80 Hz.
+const TYPICAL_MEMORY: f64 = 0.05;
+/// Bounds of a constant of a formula in units of its value: what follows from a curve is good to a factor.
+const FORMULA_RANGE: f64 = 10.0;
+
 /// Where an unknown function acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Place {
@@ -77,7 +84,7 @@ const fn argument(name: &'static str, quantity: &'static str, unit: &'static str
     }
 }
 
-const fn memory(name: &'static str, quantity: &'static str, unit: &'static str) -> Argument {
+const fn past(name: &'static str, quantity: &'static str, unit: &'static str) -> Argument {
     Argument {
         name,
         quantity,
@@ -91,9 +98,9 @@ const VELOCITY: Argument = argument("w_dot", "w_dot", "m/s");
 const SPEED: Argument = argument("v_r", "v_abs", "m/s");
 const TIME: Argument = argument("time", "t", "s");
 const DWELL: Argument = argument("dwell", "t_stick", "s");
-const PAST_SPEED: Argument = memory("low_passed_v_r", "v_abs", "m/s");
-const PAST_POWER: Argument = memory("low_passed_power", "abs(F*v_r)", "W");
-const PAST_DEFLECTION: Argument = memory("low_passed_w", "abs(w)", "m");
+const PAST_SPEED: Argument = past("low_passed_v_r", "v_abs", "m/s");
+const PAST_POWER: Argument = past("low_passed_power", "abs(F*v_r)", "W");
+const PAST_DEFLECTION: Argument = past("low_passed_w", "abs(w)", "m");
 
 /// All that are tried.
 const ALL: [(Place, Argument); 18] = [
@@ -134,6 +141,25 @@ pub struct UnknownFunction {
     pub at: Vec<f64>,
     /// The effect's file.
     pub file: String,
+    /// Target in an effect's file.
+    target: &'static str,
+    /// The formula of that target, with `G` for the curve.
+    formula: String,
+    /// What it depends on.
+    of: Argument,
+}
+
+/// A constant of a formula in place of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FormulaConstant {
+    /// Name within the effect.
+    pub name: String,
+    /// Unit symbol.
+    pub unit: String,
+    /// Value as it follows from the curve.
+    pub value: f64,
+    /// Whether it is no strength but a place on the argument's axis, which is positive.
+    pub is_shape: bool,
 }
 
 impl UnknownFunction {
@@ -152,6 +178,59 @@ impl UnknownFunction {
             _ => line.to_owned(),
         };
         self.file.lines().map(|l| line(l) + "\n").collect()
+    }
+
+    /// What a formula calls the argument of the curve.
+    pub fn variable(&self) -> &'static str {
+        if self.of.remembers {
+            STATE
+        } else {
+            self.of.quantity
+        }
+    }
+
+    /// Unit of the curve's values.
+    pub fn value_unit(&self) -> &'static str {
+        match self.place {
+            "tip_force" => "N",
+            "measurement" => "m",
+            _ => "1",
+        }
+    }
+
+    /// An effect with the formula `curve` of [`Self::variable`] in place of the table; `memory_s` is the time constant found, in s.
+    pub fn formula_file(
+        &self,
+        id: &str,
+        curve: &str,
+        constants: &[FormulaConstant],
+        memory_s: Option<f64>,
+    ) -> String {
+        let mut out = format!(
+            "id = \"{id}\"\ntitle = \"Formula in {} acting on {}\"\nfamily = \"unknown\"\n\
+             target = \"{}\"\nexpression = \"{}\"\n",
+            self.argument.replace('_', " "),
+            self.place.replace('_', " "),
+            self.target,
+            self.formula.replace('G', &format!("({curve})")),
+        );
+        for c in constants {
+            let (least, most) = match c.is_shape {
+                true => (c.value / FORMULA_RANGE, c.value * FORMULA_RANGE),
+                false => (
+                    -FORMULA_RANGE * c.value.abs(),
+                    FORMULA_RANGE * c.value.abs(),
+                ),
+            };
+            out += &format!(
+                "\n[[parameter]]\nname = \"{}\"\nunit = \"{}\"\nmin = {least:e}\nmax = {most:e}\ntypical = {:e}\n",
+                c.name, c.unit, c.value
+            );
+            if c.is_shape {
+                out += "role = \"shape\"\n";
+            }
+        }
+        out + &memory(&self.of, &self.at, memory_s.unwrap_or(TYPICAL_MEMORY))
     }
 }
 
@@ -252,28 +331,46 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
                 argument_unit: argument.unit,
                 remembers: argument.remembers,
                 file: file(place, argument, &at, strength(place), mean_force),
+                target: place.target,
+                formula: formula(place, mean_force),
+                of: argument,
                 at,
             }
         })
         .collect()
 }
 
-fn file(place: Place, of: Argument, at: &[f64], strength: f64, mean_force: f64) -> String {
-    let curve = match of.remembers {
-        true => "table(x, g)".to_owned(),
-        false => format!("table({}, g)", of.quantity),
-    };
-    let formula = place
+/// The formula of a place, with `G` for the curve.
+fn formula(place: Place, mean_force: f64) -> String {
+    place
         .formula
         .replace("MEAN_FORCE", &format!("{mean_force:?}"))
-        .replace('G', &curve);
+}
+
+/// Time constant and state of an argument with a memory; nothing for others.
+fn memory(of: &Argument, at: &[f64], typical: f64) -> String {
+    if !of.remembers {
+        return String::new();
+    }
+    let nominal = at[at.len() - 1].abs().max(1e-9) / 4.0;
+    format!(
+        "\n[[parameter]]\nname = \"tau\"\nunit = \"s\"\nmin = 1e-3\nmax = 5.0\ntypical = {typical:?}\n\
+         role = \"shape\"\n\n[[state]]\nname = \"{STATE}\"\nunit = \"{}\"\nnominal = {nominal:e}\n\
+         rate = \"({} - {STATE})/tau\"\n",
+        of.unit, of.quantity
+    )
+}
+
+fn file(place: Place, of: Argument, at: &[f64], strength: f64, mean_force: f64) -> String {
+    let variable = if of.remembers { STATE } else { of.quantity };
+    let formula = formula(place, mean_force).replace('G', &format!("table({variable}, g)"));
     let unit = match place {
         TIP_FORCE => "N",
         MEASUREMENT => "m",
         _ => "1",
     };
     let list: Vec<String> = at.iter().map(|a| format!("{a:e}")).collect();
-    let mut out = format!(
+    let table = format!(
         "id = \"{PREFIX}{}_{}\"\ntitle = \"Unknown function of {} acting on {}\"\n\
          family = \"unknown\"\ntarget = \"{}\"\nexpression = \"{formula}\"\n\n\
          [[table]]\nname = \"g\"\nunit = \"{unit}\"\nat = [{}]\nmin = {:e} # strength\n\
@@ -287,16 +384,7 @@ fn file(place: Place, of: Argument, at: &[f64], strength: f64, mean_force: f64) 
         -MOST * strength,
         MOST * strength,
     );
-    if of.remembers {
-        let nominal = at[at.len() - 1].abs().max(1e-9) / 4.0;
-        out += &format!(
-            "\n[[parameter]]\nname = \"tau\"\nunit = \"s\"\nmin = 1e-3\nmax = 5.0\ntypical = 0.05\n\
-             role = \"shape\"\n\n[[state]]\nname = \"x\"\nunit = \"{}\"\nnominal = {nominal:e}\n\
-             rate = \"({} - x)/tau\"\n",
-            of.unit, of.quantity
-        );
-    }
-    out
+    table + &memory(&of, at, TYPICAL_MEMORY)
 }
 
 #[cfg(test)]

@@ -11,8 +11,9 @@ use crate::diagnose::result::diagnosis::{
     Diagnosis, Evidence, FoundEffect, FurtherEffect, RunValues, Rung, Standing, Verdict,
 };
 use crate::diagnose::result::error_ladder::Step;
+use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::summary::{Seen, remarks, words};
-use crate::diagnose::result::unknown::unknown;
+use crate::diagnose::result::unknown::{unknown, unknown_rivals};
 use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::select::Selection;
@@ -50,13 +51,13 @@ pub fn conclude(
         Some(_) if !selection.calibrated.reaches_floor() => Verdict::UnknownEffect,
         _ => Verdict::NoMissingEffect,
     };
-    let search = if verdict == Verdict::EffectFound {
+    let named = if verdict == Verdict::EffectFound {
         selection.path.len()
     } else {
         0
     };
     let mut effects = Vec::new();
-    for i in 0..search {
+    for i in 0..named {
         let before = if i == 0 {
             base_score
         } else {
@@ -66,7 +67,7 @@ pub fn conclude(
             problem,
             selection,
             steps,
-            search,
+            named,
             i,
             before - selection.path[i].score(),
         ));
@@ -95,7 +96,7 @@ pub fn conclude(
             ladder.push(rung(&step, &at.fit, &at.holdout, ahead));
         }
     }
-    let last = if search == 0 { 0 } else { steps.len() - 1 };
+    let last = shown(problem, selection, verdict, steps);
     let fitted = &steps[last].fitted;
     let spectral_ratio: Vec<f64> = steps.iter().map(|s| s.spectral_ratio).collect();
     let proposed_terms = match verdict {
@@ -109,6 +110,10 @@ pub fn conclude(
         Verdict::UnknownEffect => unknown(problem, selection),
         _ => None,
     };
+    let unnamed_effects = match verdict {
+        Verdict::UnknownEffect if last > 0 => effect_values(problem, &steps[last]),
+        _ => Vec::new(),
+    };
     let seen = Seen {
         ladder: &ladder,
         spectral_ratio: &spectral_ratio,
@@ -121,7 +126,8 @@ pub fn conclude(
     }
     let tied = match verdict {
         Verdict::EffectFound => rivals(selection),
-        _ => Vec::new(),
+        Verdict::UnknownEffect => unknown_rivals(problem, selection),
+        Verdict::NoMissingEffect => Vec::new(),
     };
     let next_measurement = crate::diagnose::selection::next_measurement::recommend(problem, &tied)?;
     let mut remarks = remarks(problem, fitted, selection, &effects);
@@ -147,7 +153,8 @@ pub fn conclude(
         .collect::<Result<_, _>>()?;
     Ok(Diagnosis {
         verdict,
-        verdict_probability: (!selection.by_hand).then(|| probability_of(selection, verdict)),
+        verdict_probability: (!selection.by_hand)
+            .then(|| probability_of(problem, selection, verdict)),
         forecast,
         noise_std_m: problem.noise.iter().sum::<f64>() / problem.noise.len() as f64,
         candidates: standings(problem, selection),
@@ -155,6 +162,7 @@ pub fn conclude(
         residual,
         proposed_terms,
         unknown,
+        unnamed_effects,
         next_measurement,
         summary,
         remarks,
@@ -169,6 +177,24 @@ pub fn conclude(
         effects,
         error_ladder: ladder,
     })
+}
+
+/// The step of the ladder that is written as the calibrated model: the last one where its effects are named, or are terms beyond the
+/// catalogue that explain what no named one does; else the calibrated model.
+pub fn shown(problem: &Problem, selection: &Selection, verdict: Verdict, steps: &[Step]) -> usize {
+    let choices = selection.path.last().map(|m| m.choices.as_slice());
+    let is_beyond = choices.is_some_and(|c| is_beyond(problem, c));
+    match verdict {
+        Verdict::EffectFound => steps.len() - 1,
+        Verdict::UnknownEffect if is_beyond => steps.len() - 1,
+        _ => 0,
+    }
+}
+
+/// Whether an effect among these is none of the catalogue's.
+fn is_beyond(problem: &Problem, choices: &[Choice]) -> bool {
+    let mut effects = choices.iter().map(|c| &problem.catalogue[c.effect]);
+    effects.any(|card| library::is_library_effect(&card.id))
 }
 
 /// The shared parameters of a kind.
@@ -422,7 +448,7 @@ fn all_models(selection: &Selection) -> Vec<&FittedModel> {
 }
 
 /// Probability of the verdict: what the hypotheses share that say the same.
-fn probability_of(selection: &Selection, verdict: Verdict) -> f64 {
+fn probability_of(problem: &Problem, selection: &Selection, verdict: Verdict) -> f64 {
     let all = all_models(selection);
     let (shares, _) = probabilities(&all, &selection.tested);
     let of = |wanted: &dyn Fn(&FittedModel) -> bool| -> f64 {
@@ -431,6 +457,7 @@ fn probability_of(selection: &Selection, verdict: Verdict) -> f64 {
     };
     match (verdict, selection.path.last()) {
         (Verdict::UnknownEffect, _) if !selection.explained => 1.0 - of(&|_| true),
+        (Verdict::UnknownEffect, _) => of(&|c| is_beyond(problem, &c.choices)),
         (Verdict::NoMissingEffect, _) | (_, None) => of(&|c| c.choices.is_empty()),
         (_, Some(best)) => of(&|c| c.effects() == best.effects()),
     }
@@ -439,9 +466,7 @@ fn probability_of(selection: &Selection, verdict: Verdict) -> f64 {
 fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
     let base = selection.calibrated.score();
     // The list is the catalogue's: a term beyond it stands among the proposals.
-    let is_library_effect =
-        |c: &&Choice| library::is_library_effect(&problem.catalogue[c.effect].id);
-    let of_catalogue = |c: &FittedModel| !c.choices.iter().any(|choice| is_library_effect(&choice));
+    let of_catalogue = |c: &FittedModel| !is_beyond(problem, &c.choices);
     let everything = all_models(selection);
     let (shares, of_tested) = probabilities(&everything, &selection.tested);
     let listed: Vec<&FittedModel> = selection
@@ -482,8 +507,7 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
         let beside = all_models(selection)
             .into_iter()
             .find(|c| c.choices == t.beside())?;
-        let is_listed = |c: &Choice| !is_library_effect(&c);
-        (t.beside().is_empty() && t.choices.iter().all(is_listed)).then(|| Standing {
+        (t.beside().is_empty() && !is_beyond(problem, &t.choices)).then(|| Standing {
             id: name(problem, &t.choices),
             holdout_nrmse: f64::NAN,
             probability,

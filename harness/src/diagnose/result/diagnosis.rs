@@ -167,6 +167,9 @@ pub struct Diagnosis {
     /// Where something unknown acts, what it depends on, and the curve; where the verdict is that something unknown is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unknown: Option<Unknown>,
+    /// Values of the effects that the calibrated model has though none of them is named, by FMU variable.
+    #[serde(skip)]
+    pub unnamed_effects: Vec<(String, f64)>,
     /// What to measure next.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_measurement: Option<NextMeasurement>,

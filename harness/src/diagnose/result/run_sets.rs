@@ -80,6 +80,17 @@ fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<
         .collect()
 }
 
+/// Values of the effects of a step by FMU variable, a phase as in the first run.
+pub fn effect_values(problem: &Problem, step: &Step) -> Vec<(String, f64)> {
+    let h = &step.fitted.hypothesis;
+    let cards = h.choices.iter().map(|c| &problem.catalogue[c.effect]);
+    let own: Vec<String> = cards.map(|c| format!("{}.", c.id)).collect();
+    let all = parameters(problem, step, &step.fitted.fit.point, 0);
+    all.into_iter()
+        .filter(|(name, _)| own.iter().any(|o| name.starts_with(o)))
+        .collect()
+}
+
 /// How a start is given besides its state, as [`crate::diagnose::model::predictor::Predictor`] gives it.
 const HOW: [&str; 4] = [
     "start.contact",

@@ -265,8 +265,11 @@ pub(crate) fn words(
             }
         ),
         Verdict::UnknownEffect => {
-            if let (Some(beyond), Some(term)) = (&selection.beyond, seen.proposed.first()) {
-                return beyond_words(beyond, term, calibrated, last);
+            if let Some(beyond) = &selection.beyond {
+                return match seen.proposed.first().filter(|term| term.fitted) {
+                    Some(term) => beyond_words(beyond, term, calibrated, last),
+                    None => curve_words(calibrated, last),
+                };
             }
             if let Some(prior_conflict) = seen
                 .prior_conflict
@@ -323,6 +326,16 @@ pub(crate) fn words(
             )
         }
     }
+}
+
+/// That the data ask for a curve for which there is no short formula.
+fn curve_words(calibrated: &Rung, last: &Rung) -> String {
+    format!(
+        "Something outside the catalogue is missing: no named effect removes the misfit, but an unknown function of one quantity does. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise; unknown.toml is ready for `pack --effect` and `try`.",
+        100.0 * calibrated.holdout_nrmse,
+        100.0 * last.holdout_nrmse,
+        last.holdout_over_noise
+    )
 }
 
 /// That the data ask for a term beyond the catalogue.

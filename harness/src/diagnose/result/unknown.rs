@@ -1,16 +1,18 @@
 //! What is said of physics that nobody wrote a term for: where it acts, what it depends on, and the curve.
 
-use crate::diagnose::estimation::fit::FittedHypothesis;
-use crate::diagnose::model::library::is_library_effect;
+use crate::diagnose::explanation::curve_estimate::{CurveEstimate, curve_estimate};
+use crate::diagnose::explanation::library_term::proposal;
+use crate::diagnose::model::library::{File, is_library_effect};
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::unknown_function::{
-    NODES, UnknownFunction, is_unknown_function, latent_name, weight,
-};
+use crate::diagnose::model::unknown_function::{UnknownFunction, is_unknown_function};
+use crate::diagnose::result::curve_formula::function_of;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::TIE;
-use crate::diagnose::validation::estimate::estimate;
+use crate::diagnose::validation::estimate::{Estimate, estimate};
 use serde::Serialize;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// Effects of the library that are listed.
 const NEAREST: usize = 3;
@@ -36,12 +38,25 @@ pub struct Unknown {
     pub nearest_library_effects: Vec<String>,
     /// Unit of the value.
     pub value_unit: String,
+    /// A short formula that took the curve's place; `None` where none explains as much.
+    pub formula: Option<Formula>,
     /// The curve as a user's effect.
     #[serde(skip)]
     pub file: String,
     /// The same in words.
     #[serde(skip)]
     pub words: String,
+}
+
+/// A short formula in place of a curve, as fitted to the data.
+#[derive(Debug, Clone, Serialize)]
+pub struct Formula {
+    /// Target in an effect's file.
+    pub target: String,
+    /// What the target is.
+    pub expression: String,
+    /// Its constants.
+    pub parameters: BTreeMap<String, Estimate>,
 }
 
 /// Another unknown function.
@@ -58,24 +73,28 @@ pub struct Alternative {
 /// The best unknown function of a selection; `None` where none was fitted.
 pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
     let all = selection.path.iter().chain(&selection.singles);
-    let mut fitted: Vec<(&UnknownFunction, &FittedModel)> = all
-        .filter_map(|model| Some((function(problem, model)?, model)))
+    let mut fitted: Vec<Candidate> = all
+        .filter_map(|model| Candidate::new(problem, model))
         .collect();
-    // As a search ranks them: what is adequate first, by its evidence.
-    fitted.sort_by(|a, b| a.1.compare(b.1));
-    let &(best, model) = fitted.first()?;
-    let odds = |m: &FittedModel| (model.score() - m.score()).min(0.0).exp();
-    let total: f64 = fitted.iter().map(|(_, m)| odds(m)).sum();
+    // What is adequate first, by its evidence.
+    fitted.sort_by(|a, b| {
+        let order = |c: &Candidate| (!c.model.reaches_floor(), -c.log_evidence);
+        order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal)
+    });
+    let first = fitted.first()?;
+    let (best, model) = (first.function, first.model);
+    let odds = |c: &Candidate| (c.log_evidence - first.log_evidence).min(0.0).exp();
+    let total: f64 = fitted.iter().map(odds).sum();
     let alternatives = fitted[1..]
         .iter()
-        .filter(|(_, m)| m.score() - model.score() < TIE)
-        .map(|(f, m)| Alternative {
-            target: f.place.to_owned(),
-            argument: f.argument.to_owned(),
-            probability: odds(m) / total,
+        .filter(|c| first.log_evidence - c.log_evidence < TIE)
+        .map(|c| Alternative {
+            target: c.function.place.to_owned(),
+            argument: c.function.argument.to_owned(),
+            probability: odds(c) / total,
         })
         .collect();
-    let curve = curve(problem, best, &model.fitted);
+    let curve = curve(best, first.estimate.as_ref()?);
     let memory_s = best.remembers.then(|| {
         let h = &model.fitted.hypothesis;
         let i = h.shared_index(&format!("{}.tau", best.id));
@@ -92,48 +111,71 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
         probability: 1.0 / total,
         alternatives,
         nearest_library_effects: nearest(problem, selection),
-        value_unit: match best.place {
-            "tip_force" => "N",
-            "measurement" => "m",
-            _ => "1",
-        }
-        .to_owned(),
+        value_unit: best.value_unit().to_owned(),
+        formula: formula(problem, selection),
         file: best.file_with("unknown", &values, memory_s),
     })
 }
 
-fn function<'a>(problem: &'a Problem, model: &FittedModel) -> Option<&'a UnknownFunction> {
-    let [choice] = &model.choices[..] else {
-        return None;
+/// An unknown function that was fitted.
+struct Candidate<'a> {
+    function: &'a UnknownFunction,
+    model: &'a FittedModel,
+    estimate: Option<CurveEstimate>,
+    /// With the smoothness fitted too, nats.
+    log_evidence: f64,
+}
+
+impl<'a> Candidate<'a> {
+    fn new(problem: &'a Problem, model: &'a FittedModel) -> Option<Self> {
+        let function = function_of(problem, model)?;
+        let estimate = curve_estimate(problem, function, &model.fitted);
+        let gain = estimate.as_ref().map_or(0.0, |e| e.gain);
+        Some(Self {
+            function,
+            model,
+            estimate,
+            log_evidence: gain - model.score(),
+        })
+    }
+}
+
+/// The unknown functions that the data can't tell from the best one, that one first.
+pub fn unknown_rivals<'a>(problem: &'a Problem, selection: &'a Selection) -> Vec<&'a FittedModel> {
+    let all = selection.path.iter().chain(&selection.singles);
+    let fitted = all.filter_map(|model| Candidate::new(problem, model));
+    let mut adequate: Vec<Candidate> = fitted.filter(|c| c.model.reaches_floor()).collect();
+    adequate.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    let Some(best) = adequate.first().map(|c| c.log_evidence) else {
+        return Vec::new();
     };
-    let id = &problem.catalogue[choice.effect].id;
-    problem.unknown_functions.iter().find(|f| f.id == *id)
+    adequate.retain(|c| best - c.log_evidence < TIE);
+    adequate.into_iter().map(|c| c.model).collect()
+}
+
+/// The formula that a selection ends with in place of a curve, as fitted.
+fn formula(problem: &Problem, selection: &Selection) -> Option<Formula> {
+    let model = selection.path.last()?;
+    let choice = model.choices.last()?;
+    let fitted = model.full_refit.as_ref().unwrap_or(&model.fitted);
+    let is_formula = problem.formula_files.iter().any(|f| {
+        toml::from_str::<File>(f).is_ok_and(|f| f.id == problem.catalogue[choice.effect].id)
+    });
+    let term = proposal(problem, choice, fitted, f64::NAN).filter(|_| is_formula)?;
+    Some(Formula {
+        target: term.target,
+        expression: term.expression,
+        parameters: term.parameters,
+    })
 }
 
 /// Value and standard deviation at each node.
-fn curve(problem: &Problem, of: &UnknownFunction, fitted: &FittedHypothesis) -> Vec<[f64; 3]> {
-    let h = &fitted.hypothesis;
-    let card = problem.catalogue.iter().find(|c| c.id == of.id);
-    let strength = card.map_or(f64::NAN, |c| c.parameters[0].typical);
-    let places: Vec<Option<usize>> = (0..NODES)
-        .map(|k| h.shared_index(&latent_name(&of.id, k)))
-        .collect();
-    let covariance = fitted.fit.covariance.as_ref();
-    let node = |(i, at): (usize, &f64)| {
-        let known = || {
-            places
-                .iter()
-                .enumerate()
-                .filter_map(|(k, p)| Some((weight(k, i), (*p)?)))
-        };
-        let value: f64 = known().map(|(w, p)| w * fitted.fit.point.shared[p]).sum();
-        let variance: f64 = known()
-            .flat_map(|a| known().map(move |b| (a, b)))
-            .map(|((u, p), (v, q))| covariance.map_or(f64::NAN, |c| u * v * c[(p, q)]))
-            .sum();
-        [*at, strength * value, strength * variance.max(0.0).sqrt()]
-    };
-    of.at.iter().enumerate().map(node).collect()
+fn curve(of: &UnknownFunction, estimate: &CurveEstimate) -> Vec<[f64; 3]> {
+    let std = |i: usize| estimate.covariance[(i, i)].max(0.0).sqrt();
+    let nodes = of.at.iter().enumerate();
+    nodes
+        .map(|(i, at)| [*at, estimate.values[i], std(i)])
+        .collect()
 }
 
 /// Effects of the library that were fitted, best first.

@@ -85,6 +85,18 @@ impl Selection {
         }
     }
 
+    /// Adds a last step, a term beyond the catalogue that was fitted after the search.
+    pub(crate) fn go_on_with(&mut self, problem: &Problem, mut model: FittedModel) {
+        if let Some(before) = self.path.last() {
+            model.log_posterior = before.log_posterior + before.score() - model.score();
+        }
+        self.explained = model.reaches_floor();
+        self.path.push(model);
+        let (calibrated, singles) = (&self.calibrated, &self.singles);
+        let beyond = beyond(problem, self.explained, &self.path, calibrated, singles);
+        self.beyond = self.beyond.take().or(beyond);
+    }
+
     /// The effects that were named by hand, in words; `None` where the catalogue was searched.
     pub fn tried_by_hand(&self, problem: &Problem) -> Option<String> {
         if !self.by_hand {
