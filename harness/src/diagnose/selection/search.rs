@@ -31,7 +31,7 @@ const FINISHED: usize = 6;
 /// Hypotheses that are searched for again from their own optima.
 const RESTARTED: usize = 3;
 
-/// Effects of the library that are fitted before it is asked whether one is adequate.
+/// Effects of the library that are fitted before it is asked whether one is adequate, and before two known effects are tried.
 const LIBRARY_BATCH: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
@@ -52,6 +52,9 @@ pub(crate) struct Exploration<'a> {
     held: Vec<FittedModel>,
     /// The reference model held to what is believed of it, once that was needed.
     held_alone: Option<FittedModel>,
+    /// Effects of the library that were not fitted yet, those first that a score test promises most of; `None` before they were
+    /// ordered.
+    library: Option<Vec<Vec<Choice>>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
@@ -86,6 +89,7 @@ pub(crate) fn explore<'a>(
         singles,
         held: Vec::new(),
         held_alone: None,
+        library: None,
         pairs: Vec::new(),
         tested: Vec::new(),
     };
@@ -94,7 +98,7 @@ pub(crate) fn explore<'a>(
     found.hold(&jobs)?;
     if !problem.place_is_told() && !found.is_settled()? {
         watch.stage(stages::LIBRARY);
-        found.add_library_effects()?;
+        found.add_library_effects(LIBRARY_BATCH)?;
     }
     if found.is_adequate() {
         watch.stage(stages::CLOSE);
@@ -108,6 +112,11 @@ pub(crate) fn explore<'a>(
     }
     found.refit_halves()?;
     found.other_forms_of_pair()?;
+    // What of the library promised little comes after two known effects, what has no name after all that has one.
+    if found.needs_unknown_functions() && !found.is_adequate() {
+        watch.stage(stages::LIBRARY);
+        found.add_library_effects(usize::MAX)?;
+    }
     if found.needs_unknown_functions() {
         watch.stage(stages::UNKNOWN);
         found.add_unknown_functions()?;
@@ -319,13 +328,16 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Terms beyond the catalogue as the only thing that the calibrated model lacks: hypotheses like the others.
-    fn add_library_effects(&mut self) -> Result<(), Error> {
+    /// Effects of the library as the only thing that the calibrated model lacks, hypotheses like the others: `most` of those that were
+    /// not fitted yet, until one is adequate. A score test orders them. Far from the noise it can't tell more.
+    fn add_library_effects(&mut self, most: usize) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
-        // A score test orders them. Far from the noise it can't tell more: what comes late is fitted where nothing before is
-        // adequate.
-        let jobs = self.most_promising(&alone, library(self.problem), usize::MAX)?;
+        let mut jobs = match self.library.take() {
+            Some(jobs) => jobs,
+            None => self.most_promising(&alone, library(self.problem), usize::MAX)?,
+        };
+        let later = jobs.split_off(most.min(jobs.len()));
         let mut found: Vec<FittedModel> = Vec::new();
         for batch in jobs.chunks(LIBRARY_BATCH) {
             let held = screen.compete(batch, &alone, FIXED, watch)?;
@@ -336,6 +348,7 @@ impl Exploration<'_> {
                 break;
             }
         }
+        self.library = Some(later);
         screen.polish(&mut found, watch)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, found);
