@@ -2,6 +2,9 @@
 
 pub mod dependence;
 pub mod library_term;
+pub mod misses;
 pub mod proposed_term;
 pub mod replay;
 pub mod residual;
+pub mod spectrum;
+pub mod where_it_fails;
