@@ -3,6 +3,8 @@
 pub mod assemble;
 pub mod diagnosis;
 pub mod error_ladder;
+pub mod hysteresis;
 pub mod run_sets;
+mod shape;
 pub mod summary;
 pub mod unknown;
