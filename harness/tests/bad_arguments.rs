@@ -74,7 +74,10 @@ fn bases(command: &str, files: &Files) -> Vec<Base> {
             ]
         }
         "figures" => vec![line(&[("threads", "0")])],
-        "effects" => vec![line(&[("id", "third_mode")])],
+        "effects" => vec![
+            line(&[("id", "third_mode")]),
+            line(&[("id", "third_mode"), ("output", "out")]),
+        ],
         "pack" => vec![line(&[("effects", &files.path("effect.toml"))])],
         "demo" | "system" | "cross-check" => plain(),
         other => panic!("give the command '{other}' a line here that ends within a second"),

@@ -144,6 +144,41 @@ fn simulate_writes_the_default_motion() {
     assert_eq!(csv.lines().count(), 12);
 }
 
+/// One effect of the catalogue, one of the library, one at a strength and an operating point of one's own.
+#[test]
+fn effects_are_explained_with_pictures_of_what_they_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let strong = [
+        "--set",
+        "static_friction_aging.gain=0.3",
+        "--belt-velocity",
+        "0.06",
+    ];
+    for (id, further) in [
+        ("third_mode", &[][..]),
+        ("term_stop", &[]),
+        ("static_friction_aging", &strong),
+    ] {
+        let output = stickslip(&[&["effects", id, "-o", out][..], further].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let file = folder.path().join(format!("{id}.html"));
+        assert!(text(&output.stdout).contains(&format!("Report: {}", file.display())));
+        let page = std::fs::read_to_string(file).unwrap();
+        assert_eq!(page.matches("<figcaption>").count(), 2);
+        assert!(page.contains("once settled the period goes from"), "{id}");
+        let apart = page.split("by up to ").nth(1).unwrap();
+        let apart: f64 = apart.split(' ').next().unwrap().parse().unwrap();
+        assert!(
+            apart > 1.0,
+            "{id} moves the tip by {apart} % of the amplitude"
+        );
+    }
+    let (code, message) = failure(&["effects", "third_mode", "--belt-velocity", "0.06"]);
+    assert_eq!(code, 2, "{message}");
+    assert!(message.contains("add -o DIR"), "{message}");
+}
+
 #[test]
 fn a_packed_fmu_has_the_same_bytes_every_time() {
     let folder = tempfile::tempdir().unwrap();

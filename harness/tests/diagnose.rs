@@ -125,6 +125,39 @@ fn check_where_it_fails(residual: &Value) {
         let of_run = places.iter().filter(|p| p["file"] == run["file"]).count();
         assert!(of_run > 3, "{of_run} places on the belt in {}", run["file"]);
     }
+    check_statements(&residual["statements"]);
+}
+
+/// The sentences name the largest and the smallest of the numbers beside them.
+fn check_statements(statements: &Value) {
+    let statements = statements.as_array().unwrap();
+    let over: Vec<&str> = statements
+        .iter()
+        .map(|s| s["over"].as_str().unwrap())
+        .collect();
+    let expected = [
+        "contact_phase",
+        "relative_velocity_and_displacement",
+        "belt_position",
+        "time",
+        "operating_point",
+        "frequency",
+    ];
+    assert_eq!(over, expected);
+    for statement in statements.iter().filter(|s| s["depends"] == true) {
+        let sentence = statement["statement"].as_str().unwrap();
+        let mut intervals = statement["intervals"].as_array().unwrap().clone();
+        assert!(sentence.contains("times the noise"), "{sentence}");
+        if statement["over"] == "belt_position" {
+            continue; // compared run by run
+        }
+        intervals.sort_by(|a, b| number(&a["over_noise"]).total_cmp(&number(&b["over_noise"])));
+        for end in [&intervals[0], &intervals[intervals.len() - 1]] {
+            let place = end["where"].as_str().unwrap();
+            assert!(sentence.contains(place), "{place}: {sentence}");
+        }
+    }
+    assert_eq!(statements[0]["depends"], true, "{:#}", statements[0]);
 }
 
 #[test]

@@ -83,6 +83,26 @@ fn the_first_rungs_of_the_ladder_do_not_depend_on_what_is_tried() {
     }
 }
 
+/// The pictures' sentences are those of `diagnosis.json`, and stand before the comparison run by run.
+#[test]
+fn the_first_page_says_where_the_calibrated_model_fails() {
+    let done = diagnosed();
+    let statements = done.diagnosis["residual"]["statements"].as_array().unwrap();
+    assert_eq!(statements.len(), 6);
+    for statement in statements {
+        let sentence = statement["statement"].as_str().unwrap();
+        assert!(done.report.contains(sentence), "{sentence}");
+    }
+    let at = |text: &str| done.report.find(text).unwrap();
+    assert!(at(">Where it fails</h2>") < at(">Compare: before and after</h2>"));
+    let trial = tried_rightly().diagnosis["residual"]["statements"].clone();
+    assert_eq!(
+        trial,
+        Value::Array(statements.clone()),
+        "of the same calibrated model"
+    );
+}
+
 #[test]
 fn a_trial_speaks_only_of_what_was_tried() {
     let vain = tried_in_vain();

@@ -90,6 +90,11 @@ impl Page {
         self.add(html! { div.figures { @for figure in figures { (markup(*figure)) } } })
     }
 
+    /// Small figures, three side by side where the window is wide enough; about 400 px wide each.
+    pub fn small_figures(self, figures: &[&dyn Figure]) -> Page {
+        self.add(html! { div.figures.small { @for figure in figures { (markup(*figure)) } } })
+    }
+
     /// The page's foot: names and values, small, in the order given.
     pub fn foot(self, lines: &[(&str, String)]) -> Page {
         self.add(html! {

@@ -21,7 +21,7 @@ struct Entry<'a> {
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
     let entries = ranking(material);
-    let page = page.section(super::SECTIONS[2]).paragraph(&format!(
+    let page = page.section(super::SECTIONS[3]).paragraph(&format!(
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
          Its gain is that of the evidence (natural logarithm, nats) over the calibrated model: how much better the data fit, less the price of all that it may choose. \
          A gain of {:.1} makes up for the prior odds of one kind among all; a name is given only if the error also comes down to the noise.",

@@ -1,6 +1,6 @@
 //! The contact force that the measurement implies, and the part of it that the models do not explain.
 
-use super::residual_map::quartiles;
+use super::growth::quartiles;
 use super::samples::Sample;
 use super::statistics::{bins, median, thinned};
 use super::views::COLOURS;
@@ -12,9 +12,9 @@ use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 /// Points of a cloud.
 const POINTS: usize = 4000;
 
-/// The second part of the section.
+/// The section.
 pub fn section(page: Page, material: &Material) -> Page {
-    let page = page.subsection("Contact force").paragraph(
+    let page = page.section(super::SECTIONS[4]).paragraph(
         "The contact force is estimated from the measured displacement and the linear beam as given, without any friction law (Kalman smoother with unknown force). \
          The unexplained force is this force less the model's own along its predictions, over the normal force; samples within 0.5 ms of a transition are left out, where no estimate can follow the jump.",
     );

@@ -5,16 +5,18 @@ use super::verdict::percent;
 use super::views::COLOURS;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Verdict;
-use crate::measurement::Run;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
-    page.section(super::SECTIONS[0])
-        .figure(&ladder(material))
-        .subsection("Operating points")
+    page.section(super::SECTIONS[0]).figure(&ladder(material))
+}
+
+/// The errors run by run, and how they grow while predictions run on.
+pub fn run_by_run(page: Page, material: &Material) -> Page {
+    page.subsection("Run by run, and over the time of a prediction")
         .table(&table(material))
-        .figures(&[&by_run(material), &plane(material)])
+        .figures(&[&by_run(material), &super::growth::by_horizon(material)])
 }
 
 /// Error that the sensor's noise alone makes, over the runs kept out (over all if none is).
@@ -50,7 +52,7 @@ fn ladder(material: &Material) -> Plot {
         Axis::places("model", &names),
         Axis::log("error (NRMSE)", "%"),
     )
-    .size(1240.0, 420.0)
+    .size(1240.0, 340.0)
     .level(
         "sensor noise alone",
         Colour::Grey,
@@ -162,52 +164,6 @@ fn by_run(material: &Material) -> Plot {
     dumbbells(Axis::log("error (NRMSE)", "%"), &names, &values, [&pair[0].name, &pair[1].name])
         .scatter("sensor noise alone", Colour::Grey, &floor, &row)
         .caption("How far the error of each run falls, and how far it could: the grey points are what the noise alone makes.")
-}
-
-fn plane(material: &Material) -> Plot {
-    let problem = material.problem;
-    let runs = &problem.campaign.runs;
-    let [before, after] = &material.views.pair;
-    let axis = |name: &str, unit: &str, of: fn(&Run) -> f64, beyond: f64| {
-        let low = runs.iter().map(of).fold(f64::INFINITY, f64::min);
-        let high = runs.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-        let width = (high - low).max(0.1 * high.abs()).max(1e-6);
-        Axis::linear(name, unit).from_to(low - 0.08 * width, high + beyond * width)
-    };
-    // Room for the numbers, which stand above the points and to their right.
-    let speed = axis("belt velocity", "m/s", |r| r.belt_velocity, 0.3);
-    let force = axis("normal force", "N", |r| r.normal_force, 0.12);
-    let mut plot = Plot::new(speed, force);
-    for (held, name, colour) in [
-        (false, "fitted", Colour::Purple),
-        (true, "kept out", Colour::Green),
-    ] {
-        let of: Vec<usize> = (0..runs.len())
-            .filter(|&r| problem.held_out[r] == held)
-            .collect();
-        let x: Vec<f64> = of.iter().map(|&r| runs[r].belt_velocity).collect();
-        let y: Vec<f64> = of.iter().map(|&r| runs[r].normal_force).collect();
-        let texts: Vec<String> = of
-            .iter()
-            .map(|&r| {
-                format!(
-                    "{} → {}",
-                    number(100.0 * before.by_run[r], 2),
-                    percent_short(after.by_run[r])
-                )
-            })
-            .collect();
-        if !of.is_empty() {
-            plot = plot
-                .scatter(name, colour, &x, &y)
-                .notes(colour, &x, &y, &texts);
-        }
-    }
-    plot.caption("Where in the plane of operating points the model failed and what is left: the numbers are the error before and after in percent.")
-}
-
-fn percent_short(value: f64) -> String {
-    format!("{} %", number(100.0 * value, 2))
 }
 
 /// Two values per row, before and after, with a line between.

@@ -4,15 +4,16 @@ mod break_aways;
 mod evidence;
 mod force_map;
 mod forecast;
+mod growth;
 mod ladder;
 mod overlay;
 mod parameters;
-mod residual_map;
 mod samples;
 mod statistics;
 mod unknown;
 mod verdict;
 mod views;
+mod where_it_fails;
 
 pub use verdict::likely;
 
@@ -28,11 +29,12 @@ use crate::report::{Figure, Page};
 use views::Views;
 
 /// Sections in their order; the banner links to them.
-const SECTIONS: [&str; 5] = [
+const SECTIONS: [&str; 6] = [
     "Watch the error fall",
+    "Where it fails",
     "Compare: before and after",
     "Learn which effect",
-    "See where it fails",
+    "Contact force",
     "Add it: the calibrated model",
 ];
 
@@ -72,12 +74,13 @@ pub fn html(
     let page = Page::new(&title, &lead(problem));
     let page = verdict::banner(page, &material);
     let page = verdict::words(page, &material);
-    let page = forecast::section(page, &material);
     let page = ladder::section(page, &material);
+    let page = where_it_fails::section(page, &material);
+    let page = ladder::run_by_run(page, &material);
+    let page = forecast::section(page, &material);
     let page = overlay::section(page, &material);
     let page = evidence::section(page, &material);
     let page = unknown::section(page, &material);
-    let page = residual_map::section(page, &material);
     let page = force_map::section(page, &material);
     let page = break_aways::section(page, &material);
     let page = parameters::section(page, &material);

@@ -1,21 +1,22 @@
 //! Where the calibrated model fails: by phase of the contact, operating point, frequency and place.
 
 use crate::diagnose::data::break_away::BreakAways;
-use crate::diagnose::data::contact_phase::{ContactPhase, Instant};
+use crate::diagnose::data::contact_phase::ContactPhase;
 use crate::diagnose::explanation::dependence;
+use crate::diagnose::explanation::misses::{Miss, misses};
 use crate::diagnose::explanation::replay::{Replay, replay};
+use crate::diagnose::explanation::spectrum::median_over_noise;
+use crate::diagnose::explanation::where_it_fails::WhereItFails;
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
-use crate::metric::{median, spectrum};
+use crate::metric::median;
 use crate::observer::PhaseMode;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Median of the absolute value of a normal quantity of standard deviation 1.
-pub const NORMAL_MEDIAN: f64 = 0.674_49;
 /// Stretches of belt travel that each run is divided into.
 const STRETCHES: usize = 16;
 
@@ -32,7 +33,7 @@ pub fn describe(
 ) -> Result<Value, Error> {
     let replays = replays(problem, hypothesis, fit, holdout)?;
     let misses = misses(problem, &replays);
-    let over_noise: Vec<Value> = spectrum_over_noise(problem, &replays)
+    let over_noise: Vec<Value> = median_over_noise(problem, &replays)
         .into_iter()
         .map(|(frequency, ratio)| json!({ "frequency_hz": frequency, "over_noise": ratio }))
         .collect();
@@ -44,6 +45,7 @@ pub fn describe(
         "by_belt_position": by_belt_position(problem, &misses),
         "unexplained_force": dependence::describe(problem),
         "break_away": break_aways,
+        "statements": WhereItFails::new(problem, &replays).json(),
     }))
 }
 
@@ -64,37 +66,6 @@ pub fn replays(
         }
     }
     Ok(out)
-}
-
-/// What a prediction misses at a sample.
-struct Miss {
-    run: usize,
-    contact_phase: ContactPhase,
-    /// Distance that belt and tip have moved against each other since the run began, in m.
-    travel: f64,
-    /// Absolute error over the noise, so scaled that its median is 1 for noise alone.
-    size: f64,
-}
-
-fn misses(problem: &Problem, replays: &BTreeMap<usize, Replay>) -> Vec<Miss> {
-    let mut out = Vec::new();
-    for (&index, replay) in replays {
-        let segment = &problem.segments[index];
-        let run = &problem.campaign.runs[segment.run];
-        let motion = &problem.smoothings[segment.run].stick_slip;
-        let trusted = (0..segment.time.len()).filter(|&k| segment.trusted[k]);
-        for k in trusted.filter(|&k| replay.displacement[k].is_finite()) {
-            let instant = Instant::new(run, motion, segment.time[k] - run.time[0]);
-            let error = (segment.measured[k] - replay.displacement[k]).abs();
-            out.push(Miss {
-                run: segment.run,
-                contact_phase: instant.contact_phase,
-                travel: instant.travel,
-                size: error / problem.noise[segment.run] / NORMAL_MEDIAN,
-            });
-        }
-    }
-    out
 }
 
 fn middle<'a>(misses: impl Iterator<Item = &'a Miss>) -> f64 {
@@ -129,36 +100,6 @@ fn by_belt_position(problem: &Problem, misses: &[Miss]) -> Vec<Value> {
         }
     }
     out
-}
-
-/// Median over the segments of the residual's amplitude at each frequency in Hz, over that of white noise. Frequencies are
-/// binned by one over the horizon, so that runs with different sampling meet.
-pub fn spectrum_over_noise(
-    problem: &Problem,
-    replays: &BTreeMap<usize, Replay>,
-) -> Vec<(f64, f64)> {
-    let mut amplitudes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for (&k, replay) in replays {
-        let segment = &problem.segments[k];
-        let pairs = segment.measured.iter().zip(&replay.displacement);
-        let residual: Vec<f64> = pairs.map(|(m, p)| m - p).collect();
-        if segment.count < segment.time.len() || residual.iter().any(|r| !r.is_finite()) {
-            continue;
-        }
-        let interval = problem.campaign.runs[segment.run].sample_interval();
-        let found = spectrum(&residual, interval);
-        // Median amplitude that white noise has in this spectrum (Hann window, Rayleigh distribution).
-        let white = problem.noise[segment.run]
-            * (6.0 / residual.len() as f64 * std::f64::consts::LN_2).sqrt();
-        for (f, a) in found.frequency.iter().zip(&found.amplitude).skip(1) {
-            let bin = (f * problem.horizon).round() as u32;
-            amplitudes.entry(bin).or_default().push(a / white);
-        }
-    }
-    amplitudes
-        .into_iter()
-        .map(|(bin, mut ratios)| (f64::from(bin) / problem.horizon, median(&mut ratios)))
-        .collect()
 }
 
 /// Mean error over the noise of segments by what their run does most, and by the share of stick in the segment.

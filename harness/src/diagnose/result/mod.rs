@@ -4,6 +4,8 @@ pub mod assemble;
 pub mod curve_formula;
 pub mod diagnosis;
 pub mod error_ladder;
+pub mod hysteresis;
 pub mod run_sets;
+mod shape;
 pub mod summary;
 pub mod unknown;

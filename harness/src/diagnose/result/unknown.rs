@@ -1,5 +1,8 @@
 //! What is said of physics that nobody wrote a term for: where it acts, what it depends on, and the curve.
 
+use super::hysteresis::{Loop, hysteresis};
+use super::shape::shape;
+use crate::diagnose::explanation::argument::course;
 use crate::diagnose::explanation::curve_estimate::{CurveEstimate, curve_estimate};
 use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::model::library::{File, is_library_effect};
@@ -16,6 +19,8 @@ use std::collections::BTreeMap;
 
 /// Effects of the library that are listed.
 const NEAREST: usize = 3;
+/// Intervals of the histogram over a curve.
+const INTERVALS: usize = 28;
 
 /// An unknown function as fitted, in `diagnosis.json` as `unknown`.
 #[derive(Debug, Clone, Serialize)]
@@ -40,6 +45,13 @@ pub struct Unknown {
     pub value_unit: String,
     /// A short formula that took the curve's place; `None` where none explains as much.
     pub formula: Option<Formula>,
+    /// What shape the curve has, as the end of a sentence that begins with "the curve".
+    pub shape: String,
+    /// With a memory, the loop of the value over what the argument is made of, at the same instant.
+    #[serde(rename = "loop", skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<Loop>,
+    /// Where the data lie: from, to, and the share of the samples of the runs fitted between them.
+    pub samples: Vec<[f64; 3]>,
     /// The curve as a user's effect.
     #[serde(skip)]
     pub file: String,
@@ -101,17 +113,31 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
         i.map_or(f64::NAN, |i| estimate(h, &model.fitted.fit, i).value)
     });
     let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
+    let value_unit = best.value_unit();
+    let shape = shape(&curve, value_unit);
+    let hysteresis = memory_s.filter(|tau| *tau > 0.0).and_then(|tau| {
+        let units = (value_unit, best.argument_unit);
+        hysteresis(problem, best.argument, tau, &curve, units)
+    });
+    let mut words = in_words(best, &shape, memory_s);
+    if let Some(found) = &hysteresis {
+        let names = (place_in_words(best.place), argument_in_words(best.argument));
+        words = format!("{words} {}", found.words(names.0, names.1));
+    }
     Some(Unknown {
         target: best.place.to_owned(),
         argument: best.argument.to_owned(),
         argument_unit: best.argument_unit.to_owned(),
         memory_s,
-        words: in_words(best, &curve, memory_s),
+        words,
+        shape,
+        hysteresis,
+        samples: samples(problem, best.argument, memory_s, &curve),
         curve,
         probability: 1.0 / total,
         alternatives,
         nearest_library_effects: nearest(problem, selection),
-        value_unit: best.value_unit().to_owned(),
+        value_unit: value_unit.to_owned(),
         formula: formula(problem, selection),
         file: best.file_with("unknown", &values, memory_s),
     })
@@ -198,9 +224,9 @@ fn nearest(problem: &Problem, selection: &Selection) -> Vec<String> {
         .collect()
 }
 
-/// Where it acts, what it depends on and what shape the curve has, in words.
-fn in_words(of: &UnknownFunction, curve: &[[f64; 3]], memory_s: Option<f64>) -> String {
-    let place = match of.place {
+/// The place in words.
+pub fn place_in_words(place: &str) -> &'static str {
+    match place {
         "friction" => "the coefficient of friction",
         "normal_force" => "the normal force",
         "tip_force" => "a force on the tip",
@@ -208,84 +234,58 @@ fn in_words(of: &UnknownFunction, curve: &[[f64; 3]], memory_s: Option<f64>) -> 
         "damping" => "the damping",
         "measurement" => "the reading of the sensor",
         _ => "the velocity of the belt",
-    };
-    let argument = match of.argument {
+    }
+}
+
+/// The argument in words, without its memory.
+pub fn argument_in_words(argument: &str) -> &'static str {
+    match argument {
         "w" => "the tip displacement",
         "w_dot" => "the tip velocity",
-        "v_r" => "the sliding speed",
+        "v_r" | "low_passed_v_r" => "the sliding speed",
         "time" => "the time since the start of a run",
         "dwell" => "the time since stick began",
-        "low_passed_v_r" => "the sliding speed of earlier times",
-        "low_passed_power" => "the friction power of earlier times",
-        _ => "the deflection of earlier times",
-    };
+        "low_passed_power" => "the friction power",
+        _ => "the deflection",
+    }
+}
+
+/// Where it acts, what it depends on and what shape the curve has, in words.
+fn in_words(of: &UnknownFunction, shape: &str, memory_s: Option<f64>) -> String {
+    let argument = argument_in_words(of.argument);
     let memory = memory_s.map_or(String::new(), |tau| {
-        format!(" (low-passed with {tau:.2e} s)")
+        format!(" of earlier times (low-passed with {tau:.2e} s)")
     });
     format!(
-        "Most likely it acts on {place} and depends on {argument}{memory}; the curve {}.",
-        shape(curve)
+        "Most likely it acts on {} and depends on {argument}{memory}; the curve {shape}.",
+        place_in_words(of.place)
     )
 }
 
-/// What shape a curve has, as far as it is known: nodes of which the value is uncertain by more than the curve's range don't count.
-fn shape(curve: &[[f64; 3]]) -> String {
-    let range = |list: &[&[f64; 3]]| {
-        let values = || list.iter().map(|c| c[1]);
-        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    };
-    let all: Vec<&[f64; 3]> = curve.iter().collect();
-    let span = range(&all);
-    let known: Vec<&[f64; 3]> = curve.iter().filter(|c| c[2] < 0.5 * span).collect();
-    if known.len() < 3 {
-        return "is not determined well enough to name a shape".to_owned();
-    }
-    let steps: Vec<f64> = known.windows(2).map(|p| p[1][1] - p[0][1]).collect();
-    let spread = |p: &[&[f64; 3]]| p[0][2].hypot(p[1][2]);
-    let rises = |sign: f64| {
-        let pairs = known.windows(2).zip(&steps);
-        pairs.clone().all(|(p, s)| sign * s > -2.0 * spread(p))
-    };
-    let (first, last) = (steps[0].abs(), steps[steps.len() - 1].abs());
-    let bend = if first < 0.25 * last {
-        ", slowly at first"
-    } else if last < 0.25 * first {
-        ", and saturates"
-    } else {
-        ""
-    };
-    let (from, to) = (known[0][1], known[known.len() - 1][1]);
-    match (rises(1.0), rises(-1.0)) {
-        (true, true) => format!("is flat within its uncertainty, about {from:.2e}"),
-        (true, false) => format!("rises from {from:.2e} to {to:.2e}{bend}"),
-        (false, true) => format!("falls from {from:.2e} to {to:.2e}{bend}"),
-        (false, false) => {
-            let low = known.iter().min_by(|a, b| a[1].total_cmp(&b[1]));
-            let high = known.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
-            let (low, high) = (low.expect("three"), high.expect("three"));
-            format!(
-                "has its least value {:.2e} at {:.2e} and its largest {:.2e} at {:.2e}",
-                low[1], low[0], high[1], high[0]
-            )
+/// Which share of the samples of the runs fitted lies in each of [`INTERVALS`] equal intervals over the curve: from, to, share.
+fn samples(
+    problem: &Problem,
+    argument: &str,
+    memory_s: Option<f64>,
+    curve: &[[f64; 3]],
+) -> Vec<[f64; 3]> {
+    let (low, high) = (curve[0][0], curve[curve.len() - 1][0]);
+    let fitted = (0..problem.campaign.runs.len()).filter(|r| !problem.held_out[*r]);
+    let values: Vec<f64> = fitted
+        .filter_map(|r| Some(course(problem, r, argument, memory_s)?.argument))
+        .flatten()
+        .collect();
+    let width = (high - low) / INTERVALS as f64;
+    let mut counts = [0usize; INTERVALS];
+    for v in &values {
+        let at = (v - low) / width;
+        if (0.0..=INTERVALS as f64).contains(&at) {
+            counts[(at as usize).min(INTERVALS - 1)] += 1;
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shapes_are_named_by_what_is_certain() {
-        let of = |f: &dyn Fn(f64) -> f64, std: f64| {
-            let node = |i: i32| [f64::from(i), f(f64::from(i)), std];
-            shape(&(0..8).map(node).collect::<Vec<_>>())
-        };
-        assert!(of(&|x| x, 0.01).starts_with("rises from 0.00e0 to 7.00e0"));
-        assert!(of(&|x| -x * x, 0.01).contains("falls from"));
-        assert!(of(&|x| -x * x, 0.01).contains("slowly at first"));
-        assert!(of(&|x| 1.0 - (-x).exp(), 1e-3).contains("saturates"));
-        assert!(of(&|x| (x - 3.0).powi(2), 0.01).contains("least value 0.00e0 at 3.00e0"));
-        assert!(of(&|x| x, 10.0).contains("not determined"));
-    }
+    let share = |(i, n): (usize, &usize)| {
+        let from = low + width * i as f64;
+        [from, from + width, *n as f64 / values.len().max(1) as f64]
+    };
+    counts.iter().enumerate().map(share).collect()
 }

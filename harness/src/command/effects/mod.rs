@@ -1,4 +1,7 @@
-//! `stickslip effects`: the physical effects that an FMU offers, and what each one is.
+//! `stickslip effects`: the physical effects that an FMU offers, what each one is, and what it does to the motion.
+
+mod motion;
+mod page;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -6,11 +9,12 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::operating_options::OperatingOptions;
 use super::pack::widened::with_effects;
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role, candidates};
 use crate::diagnose::model::library;
 use crate::error::Error;
-use crate::output::{print, print_line};
+use crate::output::{make_folder, print, print_line, write_file};
 use crate::report::number;
 
 /// Options of `effects`.
@@ -28,11 +32,24 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Folder to write ID.html to: the explanation with pictures of what the effect does, at its typical strength or that given by --set
+    #[arg(short, long, value_name = "DIR", requires = "id")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    at: OperatingOptions,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    if arguments.at.is_given() && arguments.output.is_none() {
+        return Err(Error::Option {
+            option: "--output",
+            value: "none".into(),
+            rule: "is given, and an operating point or --set only says at what the pictures are drawn; add -o DIR".into(),
+        });
+    }
+    let mut fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let path = fmu.path().to_owned();
     let mut catalogue = candidates(&fmu)?;
     let is_elsewhere = |id: &String| !catalogue.iter().any(|c| c.id == *id);
     let of_library = arguments.library || arguments.id.as_ref().is_some_and(is_elsewhere);
@@ -41,11 +58,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         if arguments.library {
             catalogue.retain(|c| library::is_library_effect(&c.id));
         }
+        fmu = widened;
     }
     let chosen = match &arguments.id {
-        Some(id) => vec![&catalogue[find(&catalogue, id, fmu.path())?]],
+        Some(id) => vec![&catalogue[find(&catalogue, id, &path)?]],
         None => catalogue.iter().collect(),
     };
+    if let (Some(folder), [effect]) = (&arguments.output, &chosen[..]) {
+        let html = page::html(&fmu, effect, &arguments.at.read()?)?;
+        make_folder(folder)?;
+        let file = folder.join(format!("{}.html", effect.id));
+        write_file(&file, html.as_bytes())?;
+        // JSON stays alone on the standard output.
+        if !arguments.json {
+            print(&card(effect))?;
+            return print_line(format!("Report: {}", file.display()));
+        }
+    }
     if arguments.json {
         let list: Vec<Value> = chosen.iter().map(|c| to_json(c)).collect();
         let value = if arguments.id.is_some() {

@@ -1,0 +1,246 @@
+//! What shape a curve has, in words: flat, rising, falling, even, odd, with a threshold, saturating.
+
+use crate::metric::half_width;
+
+/// Nodes of which the value is uncertain by more than this share of the curve's span don't count.
+const UNCERTAIN: f64 = 0.5;
+/// Standard deviations by which two values must differ to be different.
+const DIFFERENT: f64 = 2.0;
+/// Slope over the steepest below which a stretch is called flat.
+const FLAT: f64 = 0.1;
+/// Share of the curve's range that a flat stretch must cover to be named: more than one interval of seven.
+const STRETCH: f64 = 0.25;
+/// Share of a curve's variation that its even or odd part must hold for the curve to be called so.
+const SYMMETRIC: f64 = 0.9;
+/// Share of the range that must lie on the shorter side of zero for a symmetry to be looked for.
+const SIDE: f64 = 0.25;
+
+/// The shape of a curve given as argument, value and standard deviation, with the unit of its values, as the end of a sentence that
+/// begins with "the curve".
+pub fn shape(curve: &[[f64; 3]], unit: &str) -> String {
+    let values = |list: &[[f64; 3]]| {
+        let of = list.iter().map(|c| c[1]);
+        of.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(v), h.max(v))
+        })
+    };
+    if let Some(constant) = constant(curve, unit) {
+        return constant;
+    }
+    let (low, high) = values(curve);
+    let known: Vec<[f64; 3]> = curve
+        .iter()
+        .copied()
+        .filter(|c| c[2] < UNCERTAIN * (high - low))
+        .collect();
+    if known.len() < 3 {
+        return "is not determined well enough to name a shape".to_owned();
+    }
+    let value = |v: f64| with_unit(v, unit);
+    let (from, to) = (known[0][1], known[known.len() - 1][1]);
+    let course = match direction(&known) {
+        Some(sign) => {
+            let verb = if sign > 0.0 { "rises" } else { "falls" };
+            format!(
+                "{verb} from {} to {}{}",
+                value(from),
+                value(to),
+                bend(&known)
+            )
+        }
+        None => {
+            let by = |a: &&[f64; 3], b: &&[f64; 3]| a[1].total_cmp(&b[1]);
+            let least = known.iter().min_by(by).expect("three nodes");
+            let most = known.iter().max_by(by).expect("three nodes");
+            format!(
+                "has its least value {} at {:.2e} and its largest {} at {:.2e}{}",
+                value(least[1]),
+                least[0],
+                value(most[1]),
+                most[0],
+                flat_part(&known).map_or(String::new(), |(a, b)| format!(
+                    ", and is flat from {a:.2e} to {b:.2e}"
+                ))
+            )
+        }
+    };
+    match symmetry(&known) {
+        Some(word) => format!("is {word} about zero: it {course}"),
+        None => course,
+    }
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    // Zero has no sign.
+    let value = value + 0.0;
+    match unit {
+        "1" | "" => format!("{value:.2e}"),
+        unit => format!("{value:.2e} {unit}"),
+    }
+}
+
+/// The words for a curve of which no two values are different.
+fn constant(curve: &[[f64; 3]], unit: &str) -> Option<String> {
+    let pairs = || curve.iter().enumerate();
+    let differ = |a: &[f64; 3], b: &[f64; 3]| (a[1] - b[1]).abs() > DIFFERENT * a[2].hypot(b[2]);
+    if pairs().any(|(i, a)| curve[i + 1..].iter().any(|b| differ(a, b))) {
+        return None;
+    }
+    let count = curve.len() as f64;
+    let mean = curve.iter().map(|c| c[1]).sum::<f64>() / count;
+    // The nodes' errors go together, so that their mean is no better than one of them.
+    let std = curve.iter().map(|c| c[2]).sum::<f64>() / count;
+    Some(format!(
+        "is flat within its uncertainty: {} +- {} (95 %)",
+        with_unit(mean, unit),
+        with_unit(half_width(std), unit)
+    ))
+}
+
+/// 1 where no value is lower than an earlier one for certain, -1 where none is higher, else `None`.
+fn direction(known: &[[f64; 3]]) -> Option<f64> {
+    let goes = |sign: f64| {
+        known.iter().enumerate().all(|(i, a)| {
+            let later = known[i + 1..].iter();
+            later
+                .map(|b| (sign * (b[1] - a[1]), DIFFERENT * a[2].hypot(b[2])))
+                .all(|(rise, certain)| rise > -certain)
+        })
+    };
+    [1.0, -1.0].into_iter().find(|sign| goes(*sign))
+}
+
+/// Slopes between neighbours.
+fn slopes(known: &[[f64; 3]]) -> Vec<f64> {
+    let slope = |p: &[[f64; 3]]| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0]);
+    known.windows(2).map(slope).collect()
+}
+
+/// Where the longest flat stretch begins and ends, if it covers enough.
+fn flat_part(known: &[[f64; 3]]) -> Option<(f64, f64)> {
+    let slopes = slopes(known);
+    let steepest = slopes.iter().fold(0.0f64, |m, s| m.max(s.abs()));
+    let range = known[known.len() - 1][0] - known[0][0];
+    let (mut best, mut first) = (None, 0);
+    for part in slopes.chunk_by(|a, b| (a.abs() < FLAT * steepest) == (b.abs() < FLAT * steepest)) {
+        let past = first + part.len();
+        let (from, to) = (known[first][0], known[past][0]);
+        let longest = best.map_or(STRETCH * range, |(a, b): (f64, f64)| b - a);
+        if part[0].abs() < FLAT * steepest && to - from > longest {
+            best = Some((from, to));
+        }
+        first = past;
+    }
+    best
+}
+
+/// How a curve that only rises or only falls bends.
+fn bend(known: &[[f64; 3]]) -> String {
+    let (begin, end) = (known[0][0], known[known.len() - 1][0]);
+    let slopes = slopes(known);
+    let (first, last) = (slopes[0].abs(), slopes[slopes.len() - 1].abs());
+    match flat_part(known) {
+        Some((a, b)) if a <= begin && b < end => format!(", beyond a threshold at {b:.2e}"),
+        Some((a, b)) if b >= end => format!(", and saturates beyond {a:.2e}"),
+        Some((a, b)) => format!(", with a dead zone from {a:.2e} to {b:.2e}"),
+        None if first < 0.25 * last => ", slowly at first".to_owned(),
+        None if last < 0.25 * first => ", ever more slowly".to_owned(),
+        None => String::new(),
+    }
+}
+
+/// Whether the curve is even or odd about zero, up to its value there, where it covers both sides.
+fn symmetry(known: &[[f64; 3]]) -> Option<&'static str> {
+    let (low, high) = (known[0][0], known[known.len() - 1][0]);
+    let reach = (-low).min(high);
+    if reach < SIDE * (high - low) {
+        return None;
+    }
+    let at = |x: f64| {
+        let i = known
+            .partition_point(|c| c[0] < x)
+            .clamp(1, known.len() - 1);
+        let (a, b) = (known[i - 1], known[i]);
+        a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])
+    };
+    const POINTS: usize = 16;
+    let (mut even, mut odd) = (0.0, 0.0);
+    // Between nodes the value at zero is that of a straight line, so that only what lies beyond the nodes about zero is compared.
+    let zero = at(0.0);
+    for i in 1..=POINTS {
+        let x = reach * i as f64 / POINTS as f64;
+        even += (0.5 * (at(x) + at(-x)) - zero).powi(2);
+        odd += (0.5 * (at(x) - at(-x))).powi(2);
+    }
+    match even / (even + odd) {
+        share if share > SYMMETRIC => Some("even"),
+        share if share < 1.0 - SYMMETRIC => Some("odd"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(f: &dyn Fn(f64) -> f64, from: f64, to: f64, std: f64) -> String {
+        let node = |i: i32| {
+            let x = from + (to - from) * f64::from(i) / 7.0;
+            [x, f(x), std]
+        };
+        shape(&(0..8).map(node).collect::<Vec<_>>(), "1")
+    }
+
+    #[test]
+    fn shapes_are_named_by_what_is_certain() {
+        let right = |f: &dyn Fn(f64) -> f64, std| of(f, 0.0, 7.0, std);
+        assert_eq!(right(&|x| x, 0.01), "rises from 0.00e0 to 7.00e0");
+        assert!(right(&|x| -x * x, 0.01).contains("falls from 0.00e0 to -4.90e1, slowly at first"));
+        assert!(right(&|x| (x - 3.0).powi(2), 0.01).contains("least value 0.00e0 at 3.00e0"));
+        assert_eq!(
+            right(&|x| 0.01 * x, 0.1),
+            "is flat within its uncertainty: 3.50e-2 +- 1.96e-1 (95 %)"
+        );
+        // Each step is less than its uncertainty, the whole is not.
+        assert!(right(&|x| x, 0.9).starts_with("rises from"));
+        // One value stands out of an uncertainty as large as the rest.
+        let lone = [
+            [0.0, 0.0, 4.0],
+            [1.0, 1.0, 4.0],
+            [2.0, 7.0, 1.0],
+            [3.0, 0.0, 1.0],
+        ];
+        assert!(shape(&lone, "1").contains("not determined"));
+        assert!(shape(&lone[..0], "1").contains("flat"));
+    }
+
+    #[test]
+    fn thresholds_saturation_and_dead_zones_are_told() {
+        let right = |f: &dyn Fn(f64) -> f64| of(f, 0.0, 7.0, 1e-3);
+        assert!(right(&|x| 1.0 - (-x).exp()).ends_with(", and saturates beyond 3.00e0"));
+        assert!(right(&|x| (x - 3.0).max(0.0)).ends_with(", beyond a threshold at 3.00e0"));
+        assert!(right(&|x| -(x - 4.0).max(0.0)).starts_with("falls"));
+        let stops = |x: f64| (x - 3.0).max(0.0) + (x + 3.0).min(0.0);
+        let told = of(&stops, -7.0, 7.0, 1e-3);
+        assert!(told.starts_with("is odd about zero: it rises"), "{told}");
+        assert!(told.contains("with a dead zone from -"), "{told}");
+        assert!(right(&|x| x.sqrt()).ends_with(", ever more slowly"));
+    }
+
+    #[test]
+    fn curves_over_both_sides_of_zero_are_even_or_odd() {
+        let both = |f: &dyn Fn(f64) -> f64| of(f, -7.0, 7.0, 1e-3);
+        let told = both(&|x| x * x);
+        assert!(
+            told.starts_with("is even about zero: it has its least"),
+            "{told}"
+        );
+        assert!(both(&|x| 1.0 + x.powi(3)).starts_with("is odd about zero: it rises"));
+        assert!(
+            both(&|x| x + 0.15 * x * x).starts_with("rises")
+                || both(&|x| x + 0.15 * x * x).starts_with("has")
+        );
+        // One side only: nothing is said of the other.
+        assert!(!of(&|x| x * x, -1.0, 7.0, 1e-3).contains("even"));
+    }
+}
