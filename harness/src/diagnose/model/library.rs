@@ -7,7 +7,7 @@
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 30] = [
+pub const FILES: [&str; 31] = [
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
@@ -17,6 +17,7 @@ pub const FILES: [&str; 30] = [
     include_str!("library/damping_by_amplitude.toml"),
     include_str!("library/damping_by_deflection.toml"),
     include_str!("library/dry_damping.toml"),
+    include_str!("library/first_mode_drift.toml"),
     include_str!("library/flash_temperature.toml"),
     include_str!("library/frequency_by_amplitude.toml"),
     include_str!("library/friction_by_deflection_squared.toml"),

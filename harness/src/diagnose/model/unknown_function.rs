@@ -40,6 +40,8 @@ struct Place {
     target: &'static str,
     /// The formula, with `G` for the curve.
     formula: &'static str,
+    /// The mode, from 1, where it acts on one alone.
+    mode: Option<usize>,
 }
 
 const fn place(name: &'static str, target: &'static str, formula: &'static str) -> Place {
@@ -47,6 +49,7 @@ const fn place(name: &'static str, target: &'static str, formula: &'static str) 
         name,
         target,
         formula,
+        mode: None,
     }
 }
 
@@ -59,6 +62,11 @@ const NORMAL_FORCE: Place = place(
 );
 const TIP_FORCE: Place = place("tip_force", "tip_force", "G");
 const FREQUENCY: Place = place("frequency", "frequency_factor", "1 + G");
+/// Of the first mode alone: a mass that comes and goes, a contact that gives way, while temperature acts on all modes alike.
+const FIRST_FREQUENCY: Place = Place {
+    mode: Some(1),
+    ..FREQUENCY
+};
 const DAMPING: Place = place("damping", "damping_factor", "1 + G");
 const MEASUREMENT: Place = place("measurement", "measurement", "w + G");
 const BELT: Place = place("belt", "belt_velocity", "v0*G");
@@ -103,7 +111,7 @@ const PAST_POWER: Argument = past("low_passed_power", "abs(F*v_r)", "W");
 const PAST_DEFLECTION: Argument = past("low_passed_w", "abs(w)", "m");
 
 /// All that are tried.
-const ALL: [(Place, Argument); 18] = [
+const ALL: [(Place, Argument); 20] = [
     (FRICTION, DEFLECTION),
     (FRICTION, VELOCITY),
     (FRICTION, SPEED),
@@ -118,6 +126,8 @@ const ALL: [(Place, Argument); 18] = [
     (TIP_FORCE, TIME),
     (FREQUENCY, TIME),
     (FREQUENCY, PAST_DEFLECTION),
+    (FIRST_FREQUENCY, TIME),
+    (FIRST_FREQUENCY, PAST_DEFLECTION),
     (DAMPING, DEFLECTION),
     (DAMPING, PAST_DEFLECTION),
     (MEASUREMENT, DEFLECTION),
@@ -131,6 +141,8 @@ pub struct UnknownFunction {
     pub id: String,
     /// Where it acts, as `diagnosis.json` names it.
     pub place: &'static str,
+    /// The mode, from 1, where it acts on one alone.
+    pub mode: Option<usize>,
     /// What it depends on, as `diagnosis.json` names it.
     pub argument: &'static str,
     /// Unit of the argument.
@@ -208,10 +220,11 @@ impl UnknownFunction {
     ) -> String {
         let mut out = format!(
             "id = \"{id}\"\ntitle = \"Formula in {} acting on {}\"\nfamily = \"unknown\"\n\
-             target = \"{}\"\nexpression = \"{}\"\n",
+             target = \"{}\"\n{}expression = \"{}\"\n",
             self.argument.replace('_', " "),
             self.place.replace('_', " "),
             self.target,
+            mode_line(self.mode),
             self.formula.replace('G', &format!("({curve})")),
         );
         for c in constants {
@@ -313,7 +326,7 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
     let strength = |place: Place| match place {
         FRICTION | NORMAL_FORCE => 0.3,
         TIP_FORCE => 0.1 * mean_force,
-        FREQUENCY => 0.03,
+        FREQUENCY | FIRST_FREQUENCY => 0.03,
         DAMPING => 5.0,
         MEASUREMENT => 0.1 * half,
         _ => 0.1,
@@ -325,8 +338,9 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
                 .map(|i| from + (to - from) * i as f64 / (NODES - 1) as f64)
                 .collect();
             UnknownFunction {
-                id: format!("{PREFIX}{}_{}", place.name, argument.name),
+                id: id(place, argument),
                 place: place.name,
+                mode: place.mode,
                 argument: argument.name,
                 argument_unit: argument.unit,
                 remembers: argument.remembers,
@@ -338,6 +352,17 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
             }
         })
         .collect()
+}
+
+/// Identifier of the effect.
+fn id(place: Place, of: Argument) -> String {
+    let mode = place.mode.map_or(String::new(), |mode| format!("_{mode}"));
+    format!("{PREFIX}{}{mode}_{}", place.name, of.name)
+}
+
+/// The line of a file that names the mode, if it is one alone.
+fn mode_line(mode: Option<usize>) -> String {
+    mode.map_or(String::new(), |mode| format!("mode = {mode}\n"))
 }
 
 /// The formula of a place, with `G` for the curve.
@@ -371,15 +396,15 @@ fn file(place: Place, of: Argument, at: &[f64], strength: f64, mean_force: f64) 
     };
     let list: Vec<String> = at.iter().map(|a| format!("{a:e}")).collect();
     let table = format!(
-        "id = \"{PREFIX}{}_{}\"\ntitle = \"Unknown function of {} acting on {}\"\n\
-         family = \"unknown\"\ntarget = \"{}\"\nexpression = \"{formula}\"\n\n\
+        "id = \"{}\"\ntitle = \"Unknown function of {} acting on {}\"\n\
+         family = \"unknown\"\ntarget = \"{}\"\n{}expression = \"{formula}\"\n\n\
          [[table]]\nname = \"g\"\nunit = \"{unit}\"\nat = [{}]\nmin = {:e} # strength\n\
          max = {:e} # strength\ntypical = {strength:e} # strength\n",
-        place.name,
-        of.name,
+        id(place, of),
         of.name.replace('_', " "),
         place.name.replace('_', " "),
         place.target,
+        mode_line(place.mode),
         list.join(", "),
         -MOST * strength,
         MOST * strength,

@@ -30,6 +30,7 @@ pub struct CurveFormula {
     /// The constant of the curve, which friction level or modal data take up.
     level: f64,
     place: &'static str,
+    mode: Option<usize>,
 }
 
 /// The unknown function that a selection ends with.
@@ -80,6 +81,7 @@ pub fn formulas(problem: &Problem, selection: &Selection) -> Vec<CurveFormula> {
                 constants: formula.constants,
                 level: formula.level,
                 place: function.place,
+                mode: function.mode,
             }
         })
         .collect()
@@ -135,9 +137,12 @@ impl CurveFormula {
         if !shift.is_finite() {
             return point;
         }
+        let of_modes = self
+            .mode
+            .map_or("mode[".to_owned(), |m| format!("mode[{m}]"));
         let is_taken_up = |name: &str| match self.place {
-            "frequency" => name.starts_with("mode[") && name.ends_with(".frequency"),
-            "damping" => name.starts_with("mode[") && name.ends_with(".damping_ratio"),
+            "frequency" => name.starts_with(&of_modes) && name.ends_with(".frequency"),
+            "damping" => name.starts_with(&of_modes) && name.ends_with(".damping_ratio"),
             "friction" => name == "friction.level",
             _ => false,
         };

@@ -27,6 +27,9 @@ const INTERVALS: usize = 28;
 pub struct Unknown {
     /// Where it acts: `friction`, `normal_force`, `tip_force`, `frequency`, `damping`, `measurement` or `belt`.
     pub target: String,
+    /// The mode, from 1, where it acts on the frequency of one alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<usize>,
     /// What it depends on.
     pub argument: String,
     /// Unit of the argument.
@@ -126,6 +129,7 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
     }
     Some(Unknown {
         target: best.place.to_owned(),
+        mode: best.mode,
         argument: best.argument.to_owned(),
         argument_unit: best.argument_unit.to_owned(),
         memory_s,
@@ -256,8 +260,11 @@ fn in_words(of: &UnknownFunction, shape: &str, memory_s: Option<f64>) -> String 
     let memory = memory_s.map_or(String::new(), |tau| {
         format!(" of earlier times (low-passed with {tau:.2e} s)")
     });
+    let mode = of
+        .mode
+        .map_or(String::new(), |mode| format!(" (of mode {mode} alone)"));
     format!(
-        "Most likely it acts on {} and depends on {argument}{memory}; the curve {shape}.",
+        "Most likely it acts on {}{mode} and depends on {argument}{memory}; the curve {shape}.",
         place_in_words(of.place)
     )
 }
