@@ -263,7 +263,9 @@ impl Model {
 
     /// Whether stick obeys a linear equation with constant coefficients under the present inputs.
     pub fn is_linear_in_stick(&self) -> bool {
-        self.linear_stick && (self.inputs.normal_force_rate == 0.0 || self.effects.is_empty())
+        let i = &self.inputs;
+        let steady = i.normal_force_rate == 0.0 && i.external_force_rate == 0.0;
+        self.linear_stick && (steady || self.effects.is_empty())
     }
 
     /// Whether the static limit is constant during stick under the present inputs.
@@ -415,6 +417,11 @@ impl Model {
         not_negative(coefficient) * self.friction_factor(m, x) * self.effective_normal_force(m, x)
     }
 
+    /// Whether the constraint force follows from the state alone during stick under the present inputs.
+    pub fn keeps_force_steady(&self) -> bool {
+        self.inputs.external_force_rate == 0.0
+    }
+
     /// Largest friction force in N that stick can carry.
     pub fn static_limit(&self, t: Real, x: &State) -> Real {
         if self.effects.is_empty() {
@@ -428,7 +435,7 @@ impl Model {
         self.static_coefficient * factor * self.effective_normal_force(&m, x)
     }
 
-    /// Modal accelerations without the friction force; returns the tip's acceleration under them.
+    /// Modal accelerations without the friction force, the external force included; returns the tip's acceleration under them.
     #[inline]
     fn free_acceleration(
         &self,
@@ -436,7 +443,7 @@ impl Model {
         x: &State,
         acceleration: &mut [Real; MAX_MODES],
     ) -> Real {
-        let mut force = ZERO;
+        let mut force = self.inputs.external_force_at(m.time);
         for e in self.effects.iter() {
             force += e.effect.tip_force(m, self.states(e, x));
         }
@@ -546,12 +553,15 @@ impl Model {
             acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
             free += self.tip_value[j] * acceleration[j];
         }
+        // In stick the belt alone says how the tip moves: friction takes up whatever pushes besides.
         let force = if mode == ContactMode::Stuck {
             (self.inputs.belt_acceleration - free) / self.mobility
         } else {
             let sign = mode.sign();
             let speed = sign * (velocity - self.inputs.belt_velocity_at(t));
-            -sign * self.friction.coefficient(speed) * self.level * self.inputs.normal_force_at(t)
+            let normal = self.inputs.normal_force_at(t);
+            let friction = -sign * self.friction.coefficient(speed) * self.level * normal;
+            friction + self.inputs.external_force_at(t)
         };
         for j in 0..self.mode_count {
             rates[2 * j] = x[2 * j + 1];
