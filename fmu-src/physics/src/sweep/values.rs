@@ -231,6 +231,7 @@ impl Values {
     /// Parameters outside the range in which the equations hold.
     pub fn subject(&self) -> Result<Subject, PhysicsError> {
         let model = self.model()?;
+        model.require_springs()?;
         Ok(Subject {
             given: self.start_is_given.then(|| self.start(&model)),
             tolerance: self.tolerance,
