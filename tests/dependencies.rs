@@ -126,6 +126,7 @@ fn look(set: &[&(String, f64)], of: &Description, found: &mut [BTreeSet<String>]
             .collect();
         assert_eq!(slave.set_time(0.0123), OK);
         assert_eq!(slave.set_states(&base), OK);
+        assert_eq!(slave.set("external_force", 7.0), OK);
         let before = values(&slave, &unknowns);
         let mut note = |known: &str| {
             for ((a, b), found) in values(&slave, &unknowns)
@@ -141,6 +142,7 @@ fn look(set: &[&(String, f64)], of: &Description, found: &mut [BTreeSet<String>]
         for (name, value, usual) in [
             ("belt_velocity", 0.137, 0.1),
             ("normal_force", 137.0, 100.0),
+            ("external_force", 13.7, 7.0),
         ] {
             assert_eq!(slave.set(name, value), OK);
             note(name);

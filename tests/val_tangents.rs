@@ -18,6 +18,7 @@ fn setting() -> Setting {
         ("tolerance", 1e-12),
         ("belt_velocity", 0.1),
         ("normal_force", 100.0),
+        ("external_force", 0.0),
         ("q[1]", 1.1e-3),
         ("q_dot[1]", 0.02),
         ("q[2]", -3e-5),
@@ -104,7 +105,7 @@ fn check(setting: &Setting, known: &[(&str, f64)], what: &str) {
     }
 }
 
-const REFERENCE: [(&str, f64); 13] = [
+const REFERENCE: [(&str, f64); 14] = [
     ("q[1]", 1e-8),
     ("q_dot[1]", 5e-6),
     ("q[2]", 1e-9),
@@ -118,6 +119,7 @@ const REFERENCE: [(&str, f64); 13] = [
     ("friction.a1", 1e-6),
     ("friction.level", 1e-6),
     ("normal_force", 1e-4),
+    ("external_force", 1e-4),
 ];
 
 #[test]

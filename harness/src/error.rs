@@ -480,6 +480,52 @@ pub enum Error {
         /// Why not, and what to do.
         source: crate::observer::ObserverError,
     },
+    /// Inputs of an uneven record can't be interpolated band-limited.
+    #[error("{}: input column '{column}' can't be taken as band-limited: the sample intervals scatter by {jitter:.2} % and there are {gaps} gaps; state input_interpolation = \"linear\" or \"held\"", path.display())]
+    UnevenInput {
+        /// The CSV file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Scatter of the intervals, %.
+        jitter: f64,
+        /// Number of gaps.
+        gaps: usize,
+    },
+    /// A measured normal force below zero.
+    #[error("{}: column '{column}', sample {sample}: normal force {value} N is below zero, which means no contact; turn its sign with normal_force_scale, or leave these samples out", path.display())]
+    NegativeLoad {
+        /// The CSV file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The sample, counted from 1.
+        sample: usize,
+        /// N.
+        value: f64,
+    },
+    /// A command that needs constant inputs was given a run with others.
+    #[error(
+        "run '{run}' is driven by {input}, and `{command}` reads runs at constant belt velocity and normal force without other forces; leave the run out, or state the constant value where it varies too little to matter (`compare` and `simulate` follow it)"
+    )]
+    DrivenRun {
+        /// The run.
+        run: String,
+        /// The input, with its column or value.
+        input: String,
+        /// The command.
+        command: &'static str,
+    },
+    /// A command that needs a structure with springs was given a mass that slides freely.
+    #[error("{}: natural_frequencies_hz[{mode}] = 0 Hz is a mass without a spring, and `{command}` needs the stiffness of every mode; give its frequency, or leave the mode out (`compare` and `simulate` run such masses)", path.display())]
+    FreeMode {
+        /// The campaign's folder or file.
+        path: PathBuf,
+        /// The mode, counted from 1.
+        mode: usize,
+        /// The command.
+        command: &'static str,
+    },
     /// What the observer must know of the beam and campaign.toml or the model file does not say.
     #[error("{}: [beam] {key} is not given; the observer needs it to {purpose}, add it", path.display())]
     BeamUnknown {

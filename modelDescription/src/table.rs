@@ -205,6 +205,17 @@ fn inputs(table: &mut Vec<Variable>) {
         )
         .at_least(0.0),
     );
+    table.push(Variable {
+        nominal: Some(10.0),
+        ..input(
+            3,
+            "external_force",
+            Quantity::ExternalForce,
+            NEWTON,
+            0.0,
+            "Force on the tip beside friction (shaker, hammer, motor), positive along the belt's motion",
+        )
+    });
 }
 
 fn outputs(table: &mut Vec<Variable>) {
@@ -352,6 +363,11 @@ fn energies(table: &mut Vec<Variable>) {
             Quantity::EnergyStructuralDissipation,
             "Heat in the structure since the start",
         ),
+        (
+            "external_work",
+            Quantity::EnergyExternalWork,
+            "Work of the external force since the start",
+        ),
     ];
     let first = table.len();
     for (i, (name, quantity, description)) in items.into_iter().enumerate() {
@@ -374,9 +390,9 @@ fn energies(table: &mut Vec<Variable>) {
 /// States of the whole: the energies that add up, and the distance that the belt has run.
 fn whole(table: &mut Vec<Variable>, energies: usize) {
     // The stored energy follows from the other states.
-    for i in 1..4 {
-        let of = table[energies + i].clone();
-        table.push(rate(35 + i as u32, &of));
+    for (i, reference) in [36, 37, 38, 39].into_iter().enumerate() {
+        let of = table[energies + 1 + i].clone();
+        table.push(rate(reference, &of));
     }
     let distance = Variable {
         causality: Causality::Local,

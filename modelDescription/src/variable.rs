@@ -78,6 +78,7 @@ pub enum ModeItem {
 pub enum Quantity {
     BeltVelocity,
     NormalForce,
+    ExternalForce,
     TipDisplacement,
     TipVelocity,
     TipAcceleration,
@@ -94,6 +95,7 @@ pub enum Quantity {
     EnergyBeltWork,
     EnergyContactDissipation,
     EnergyStructuralDissipation,
+    EnergyExternalWork,
     ModeCount,
     /// Item of the mode with this index (from 0).
     Mode(usize, ModeItem),

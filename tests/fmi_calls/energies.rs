@@ -15,6 +15,7 @@ fn energies_balance_also_across_a_change_of_inputs() {
             "belt_work",
             "contact_dissipation",
             "structural_dissipation",
+            "external_work",
         ]
         .map(|name| slave.get(&format!("energy.{name}")))
     };
@@ -22,11 +23,13 @@ fn energies_balance_also_across_a_change_of_inputs() {
     advance(&slave, 0.0, 1e-3, 333);
     assert_eq!(slave.set("belt_velocity", 0.07), OK);
     assert_eq!(slave.set("normal_force", 60.0), OK);
+    assert_eq!(slave.set("external_force", 12.0), OK);
     advance(&slave, 0.333, 1e-3, 333);
     let after = read();
-    let [stored, work, contact, structure] = std::array::from_fn(|i| after[i] - before[i]);
+    let [stored, work, contact, structure, pushed] = std::array::from_fn(|i| after[i] - before[i]);
     assert!(work > 1.0 && contact > 0.1 && structure > 0.0, "{after:?}");
-    let gap = work - stored - contact - structure;
+    assert!(pushed.abs() > 1e-4, "{after:?}");
+    let gap = work + pushed - stored - contact - structure;
     assert!(gap.abs() < 1e-7 * work, "{gap} of {work} J");
 }
 

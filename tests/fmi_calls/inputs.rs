@@ -10,7 +10,9 @@ fn setting_an_input_to_its_value_does_not_disturb_the_run() {
         let point = f64::from(i) * 1e-4;
         assert_eq!(busy.set("belt_velocity", 0.1), OK);
         assert_eq!(busy.set("normal_force", 100.0), OK);
+        assert_eq!(busy.set("external_force", 0.0), OK);
         assert_eq!(busy.set_rate("belt_velocity", 1, 0.0), OK);
+        assert_eq!(busy.set_rate("external_force", 1, 0.0), OK);
         assert_eq!(results(&busy), results(&plain));
         assert_eq!((plain.step(point, 1e-4), busy.step(point, 1e-4)), (OK, OK));
     }
@@ -37,9 +39,11 @@ fn a_ramp_by_derivatives_does_not_depend_on_the_step() {
             let point = f64::from(i) * step;
             assert_eq!(slave.set("belt_velocity", 0.1 + 0.3 * point), OK);
             assert_eq!(slave.set("normal_force", 100.0 - 400.0 * point), OK);
+            assert_eq!(slave.set("external_force", 150.0 * point - 5.0), OK);
             if with_rate {
                 assert_eq!(slave.set_rate("belt_velocity", 1, 0.3), OK);
                 assert_eq!(slave.set_rate("normal_force", 1, -400.0), OK);
+                assert_eq!(slave.set_rate("external_force", 1, 150.0), OK);
             }
             assert_eq!(slave.step(point, step), OK, "{:?}", slave.messages());
         }

@@ -152,11 +152,13 @@ impl Content {
         };
         let inputs = hybrid.model().inputs;
         let (mut velocity, mut force) = (inputs.belt_velocity, inputs.normal_force);
+        let mut external = inputs.external_force;
         for (index, by) in moves {
             let quantity = self.layout.variables()[index].quantity;
             match quantity {
                 Quantity::BeltVelocity => velocity += by,
                 Quantity::NormalForce => force += by,
+                Quantity::ExternalForce => external += by,
                 _ => {
                     if let Some(place) = place(self.layout, hybrid.model(), self.modes(), quantity)
                     {
@@ -166,7 +168,7 @@ impl Content {
                 }
             }
         }
-        hybrid.set_inputs(velocity, force, false)?;
+        hybrid.set_inputs([velocity, force, external], false)?;
         let mut view = View::of_hybrid(self, &hybrid);
         self.read(&mut view, unknowns)
     }

@@ -229,10 +229,9 @@ impl Content {
     /// # Errors
     /// Inputs outside the range in which the equations hold.
     pub fn hand_inputs(&mut self) -> Result<(), Fault> {
-        let [belt_velocity, normal_force] = self.input_values();
+        let inputs = self.input_values();
         let jump = self.phase == Phase::EventMode;
-        self.hybrid_mut()
-            .set_inputs(belt_velocity, normal_force, jump)?;
+        self.hybrid_mut().set_inputs(inputs, jump)?;
         Ok(())
     }
 }

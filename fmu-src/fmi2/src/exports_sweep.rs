@@ -11,7 +11,7 @@
 use crate::guard::{slice, slice_mut, with_instance};
 use crate::instance::Content;
 use crate::lifecycle::Function;
-use crate::setup::{self, PLACES};
+use crate::setup::{self, INPUTS, PLACES};
 use crate::status::Fault;
 use crate::types::Component;
 use beam_model_description::UserCard;
@@ -95,7 +95,7 @@ fn answer(motion: &Motion) -> Vec<f64> {
 
 fn motion(content: &Content, numbers: &[f64]) -> Result<Motion, PhysicsError> {
     let (rule, from, given, carried) = request(numbers);
-    let inputs = PLACES.inputs(&content.values, [0.0; 2], 0.0);
+    let inputs = PLACES.inputs(&content.values, [0.0; INPUTS], 0.0);
     let model = setup::model(content.layout, &content.values, inputs, UserCard::effect)?;
     let subject = Subject {
         given: given.then(|| PLACES.start(content.layout, &content.values, &model, 0.0)),

@@ -6,7 +6,7 @@
 use crate::experiment::Experiment;
 use crate::instance::Content;
 use crate::lifecycle::{Interface, Phase};
-use crate::setup::{self, PLACES};
+use crate::setup::{self, INPUTS, PLACES};
 use crate::status::{Fault, Status};
 use beam_model_description::{Layout, UserCard};
 use beam_physics::hybrid::Hybrid;
@@ -14,7 +14,7 @@ use beam_physics::simulate::Simulation;
 use beam_physics::simulate::snapshot::{Codec, Reader, Writer};
 
 const MAGIC: [u8; 8] = *b"SSBEAM\r\n";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER: usize = 8 + 4 + 8;
 const CHECKSUM: usize = 8;
 
@@ -190,7 +190,7 @@ impl Content {
 
 /// A run with the model of `values`, to be filled.
 fn rebuilt(layout: &'static Layout, values: &[f64], experiment: &Experiment) -> Option<Simulation> {
-    let inputs = PLACES.inputs(values, [0.0; 2], experiment.start);
+    let inputs = PLACES.inputs(values, [0.0; INPUTS], experiment.start);
     let model = setup::model(layout, values, inputs, UserCard::effect).ok()?;
     let start = PLACES.start(layout, values, &model, experiment.start);
     Simulation::from_model(model, inputs, &start, values[PLACES.tolerance]).ok()

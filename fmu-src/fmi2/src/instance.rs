@@ -3,7 +3,7 @@
 use crate::experiment::Experiment;
 use crate::lifecycle::{Interface, Phase};
 use crate::resource::Starts;
-use crate::setup::{self, PLACES};
+use crate::setup::{self, INPUTS, PLACES};
 use crate::status::{Fault, Status};
 use crate::tangent::Room;
 use beam_model_description::{Layout, UserCard};
@@ -28,8 +28,8 @@ pub struct Content {
     pub time: f64,
     /// How far the master has last moved the time on, in s; model exchange only.
     pub advance: f64,
-    /// Rates of the inputs (m/s^2, N/s) for the next step.
-    pub input_rates: [f64; 2],
+    /// Rates of the inputs (m/s^2, N/s, N/s) for the next step.
+    pub input_rates: [f64; INPUTS],
     /// An input was set since the last step.
     pub inputs_touched: bool,
     /// A tunable parameter was set since the last step.
@@ -93,7 +93,7 @@ impl Instance {
         content.experiment = Experiment::default();
         content.time = 0.0;
         content.advance = 0.0;
-        content.input_rates = [0.0; 2];
+        content.input_rates = [0.0; INPUTS];
         content.inputs_touched = false;
         content.retuned = false;
         content.stale = true;
@@ -114,7 +114,7 @@ impl Instance {
         let run = content.run.as_mut().expect("initialised");
         // A master's clock may lie a few digits behind ours; time never runs backwards.
         let result = run.advance_to(target.max(run.time()));
-        content.input_rates = [0.0; 2];
+        content.input_rates = [0.0; INPUTS];
         match result {
             Ok(()) => {
                 content.time = target;
@@ -149,7 +149,7 @@ impl Content {
             experiment: Experiment::default(),
             time: 0.0,
             advance: 0.0,
-            input_rates: [0.0; 2],
+            input_rates: [0.0; INPUTS],
             inputs_touched: false,
             retuned: false,
             run: None,
@@ -225,8 +225,9 @@ impl Content {
         let now = run.inputs();
         let same = now.belt_velocity == wanted.belt_velocity
             && now.normal_force == wanted.normal_force
-            && [now.belt_acceleration, now.normal_force_rate] == [0.0; 2]
-            && self.input_rates == [0.0; 2];
+            && now.external_force == wanted.external_force
+            && now.are_steady()
+            && wanted.are_steady();
         if !same {
             self.account_energy()?;
             let run = self.run.as_mut().expect("initialised");

@@ -16,12 +16,17 @@ use super::physics::simulate::{Start, StartContact};
 use beam_model_description::{Layout, ModeItem, Quantity, UserCard, variables};
 use std::sync::LazyLock;
 
+/// Number of inputs: belt velocity, normal force and external force, in this order wherever they stand in a row.
+pub const INPUTS: usize = 3;
+
 /// Where the quantities that a start needs lie in the table, looked up once.
 pub struct Places {
     /// Index of `belt_velocity`.
     pub belt_velocity: usize,
     /// Index of `normal_force`.
     pub normal_force: usize,
+    /// Index of `external_force`.
+    pub external_force: usize,
     /// Index of `tolerance`.
     pub tolerance: usize,
     /// Index of `mode_count`.
@@ -63,6 +68,7 @@ pub static PLACES: LazyLock<Places> = LazyLock::new(|| {
     Places {
         belt_velocity: find(Quantity::BeltVelocity),
         normal_force: find(Quantity::NormalForce),
+        external_force: find(Quantity::ExternalForce),
         tolerance: find(Quantity::Tolerance),
         mode_count: find(Quantity::ModeCount),
         start_contact: find(Quantity::StartContact),
@@ -88,6 +94,7 @@ fn builds_the_model(quantity: Quantity) -> bool {
         quantity,
         Quantity::BeltVelocity
             | Quantity::NormalForce
+            | Quantity::ExternalForce
             | Quantity::Tolerance
             | Quantity::StartContact
             | Quantity::StartEffects
@@ -119,14 +126,21 @@ impl Places {
         self.user..self.user + layout.user_parameters()
     }
 
+    /// Indices of the inputs.
+    pub fn input_indices(&self) -> [usize; INPUTS] {
+        [self.belt_velocity, self.normal_force, self.external_force]
+    }
+
     /// The inputs of `values` with rates per second, from `since` in s on.
-    pub fn inputs(&self, values: &[Real], rates: [Real; 2], since: Real) -> Inputs {
+    pub fn inputs(&self, values: &[Real], rates: [Real; INPUTS], since: Real) -> Inputs {
         Inputs {
             since,
             belt_velocity: values[self.belt_velocity],
             belt_acceleration: rates[0],
             normal_force: values[self.normal_force],
             normal_force_rate: rates[1],
+            external_force: values[self.external_force],
+            external_force_rate: rates[2],
         }
     }
 

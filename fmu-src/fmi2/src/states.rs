@@ -37,6 +37,7 @@ pub fn place(layout: &Layout, model: &Model, modes: usize, quantity: Quantity) -
         Quantity::EnergyBeltWork => Some(Place::Energy(0)),
         Quantity::EnergyContactDissipation => Some(Place::Energy(1)),
         Quantity::EnergyStructuralDissipation => Some(Place::Energy(2)),
+        Quantity::EnergyExternalWork => Some(Place::Energy(3)),
         _ => None,
     }
 }

@@ -163,7 +163,7 @@ impl Content {
         }
         let places = &*setup::PLACES;
         let begin = real(times[0]);
-        let inputs = places.inputs(&seeded, [real(0.0); 2], begin);
+        let inputs = places.inputs(&seeded, [real(0.0); setup::INPUTS], begin);
         let tolerance = self.values[places.tolerance];
         let of_model = of_model(self.layout, seeds);
         let is_same = |group: &Group| {

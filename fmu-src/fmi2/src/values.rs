@@ -2,7 +2,7 @@
 
 use crate::instance::Content;
 use crate::lifecycle::{Function, Phase};
-use crate::setup::PLACES;
+use crate::setup::{INPUTS, PLACES};
 use crate::states::{Place, place};
 use crate::status::Fault;
 use beam_model_description::{Causality, Kind, Layout, ModeItem, Quantity, Variable};
@@ -155,12 +155,13 @@ impl<'a> View<'a> {
             self.energy = match self.source {
                 Source::Run(run) => run.energy(),
                 Source::Instant(hybrid) => {
-                    let [belt_work, contact_dissipation, structural_dissipation] = hybrid.energy();
+                    let [belt_work, contact_heat, structural_heat, external_work] = hybrid.energy();
                     Some(Energy {
                         stored: 0.0,
                         belt_work,
-                        contact_dissipation,
-                        structural_dissipation,
+                        external_work,
+                        contact_dissipation: contact_heat,
+                        structural_dissipation: structural_heat,
                     })
                 }
             };
@@ -239,6 +240,7 @@ impl<'a> View<'a> {
             Quantity::EnergyBeltWork => self.energy()?.belt_work,
             Quantity::EnergyContactDissipation => self.energy()?.contact_dissipation,
             Quantity::EnergyStructuralDissipation => self.energy()?.structural_dissipation,
+            Quantity::EnergyExternalWork => self.energy()?.external_work,
             Quantity::BeltDistance => match self.source {
                 Source::Run(run) => Hybrid::of(run).belt_distance(),
                 Source::Instant(hybrid) => hybrid.belt_distance(),
@@ -340,9 +342,9 @@ impl Content {
         Ok(())
     }
 
-    /// Belt velocity in m/s and normal force in N as set.
-    pub fn input_values(&self) -> [f64; 2] {
-        [PLACES.belt_velocity, PLACES.normal_force].map(|i| self.values[i])
+    /// Belt velocity in m/s, normal force in N and external force in N as set.
+    pub fn input_values(&self) -> [f64; INPUTS] {
+        PLACES.input_indices().map(|i| self.values[i])
     }
 
     fn check(&self, variable: &'static Variable, value: f64) -> Result<(), Fault> {
@@ -393,7 +395,8 @@ impl Content {
         for ((&reference, &order), &rate) in references.iter().zip(orders).zip(rates) {
             let index = find(self.layout, reference, Access::Real)?;
             let variable = &self.layout.variables()[index];
-            let place = [PLACES.belt_velocity, PLACES.normal_force]
+            let place = PLACES
+                .input_indices()
                 .iter()
                 .position(|&input| input == index)
                 .ok_or(Fault::NotSettable {

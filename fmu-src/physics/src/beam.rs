@@ -11,7 +11,7 @@ pub const MAX_MODES: usize = 8;
 /// One modal oscillator, `q'' + 2 D w q' + w^2 q = phi(1) F / m` with `w = 2 pi f`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModalOscillator {
-    /// Natural frequency f in Hz.
+    /// Natural frequency f in Hz; 0 is a mass that slides freely, without spring or damper.
     pub frequency: Real,
     /// Damping ratio D.
     pub damping_ratio: Real,
@@ -65,7 +65,7 @@ impl Beam {
     /// A structure from given modal data.
     ///
     /// # Errors
-    /// No mode or more than [`MAX_MODES`]; a frequency or mass that is not positive; a negative
+    /// No mode or more than [`MAX_MODES`]; a mass that is not positive; a negative frequency or
     /// damping ratio; a tip value that is zero or not finite for all modes.
     pub fn new(modes: &[ModalOscillator]) -> Result<Self, PhysicsError> {
         if modes.is_empty() || modes.len() > MAX_MODES {
@@ -77,11 +77,11 @@ impl Beam {
         for (j, mode) in modes.iter().enumerate() {
             let name = |what: &str| format!("mode[{}].{what}", j + 1);
             require(
-                mode.frequency > 0.0,
+                mode.frequency >= 0.0,
                 &name("frequency"),
                 mode.frequency,
                 "Hz",
-                "positive",
+                "positive, or zero for a mass that slides freely",
             )?;
             require(
                 mode.damping_ratio >= 0.0,

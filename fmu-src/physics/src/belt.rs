@@ -1,9 +1,12 @@
-//! What drives the system from outside: the belt's velocity and the normal force.
+//! What drives the system from outside: the belt's velocity, the normal force and a force on the tip.
 
 use crate::error::{PhysicsError, require};
 use crate::real::{Real, ZERO};
 
 /// Inputs as linear functions of time from `since` on: `v0(t) = belt_velocity + rate (t - since)`.
+///
+/// The external force F_ext acts on the tip beside friction and is positive along the belt's motion: each mode
+/// gets `phi_j(1) F_ext / m_j` in slip and stick alike, and what stick must hold changes by `-F_ext`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
     /// Time in s from which on the inputs hold.
@@ -16,10 +19,14 @@ pub struct Inputs {
     pub normal_force: Real,
     /// Its rate in N/s.
     pub normal_force_rate: Real,
+    /// External force F_ext on the tip in N at `since`, positive along the belt's motion.
+    pub external_force: Real,
+    /// Its rate in N/s.
+    pub external_force_rate: Real,
 }
 
 impl Inputs {
-    /// Constant belt velocity in m/s and normal force in N.
+    /// Constant belt velocity in m/s and normal force in N, and no external force.
     pub fn constant(belt_velocity: Real, normal_force: Real) -> Self {
         Self {
             since: ZERO,
@@ -27,6 +34,8 @@ impl Inputs {
             belt_acceleration: ZERO,
             normal_force,
             normal_force_rate: ZERO,
+            external_force: ZERO,
+            external_force_rate: ZERO,
         }
     }
 
@@ -47,6 +56,34 @@ impl Inputs {
     #[inline]
     pub fn normal_force_at(&self, t: Real) -> Real {
         (self.normal_force + self.normal_force_rate * (t - self.since)).max(0.0)
+    }
+
+    /// External force F_ext(t) on the tip in N.
+    #[inline]
+    pub fn external_force_at(&self, t: Real) -> Real {
+        self.external_force + self.external_force_rate * (t - self.since)
+    }
+
+    /// The same functions of time, stated from `t` in s on.
+    pub fn from(&self, t: Real) -> Self {
+        Self {
+            since: t,
+            belt_velocity: self.belt_velocity_at(t),
+            normal_force: self.normal_force_at(t),
+            external_force: self.external_force_at(t),
+            ..*self
+        }
+    }
+
+    /// Whether nothing varies in time.
+    pub fn are_steady(&self) -> bool {
+        [
+            self.belt_acceleration,
+            self.normal_force_rate,
+            self.external_force_rate,
+        ]
+        .iter()
+        .all(|rate| *rate == 0.0)
     }
 
     /// Checks the values.
@@ -73,6 +110,14 @@ impl Inputs {
             true,
             "normal force rate",
             self.normal_force_rate,
+            "N/s",
+            "finite",
+        )?;
+        require(true, "external_force", self.external_force, "N", "finite")?;
+        require(
+            true,
+            "external force rate",
+            self.external_force_rate,
             "N/s",
             "finite",
         )

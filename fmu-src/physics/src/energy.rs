@@ -1,4 +1,4 @@
-//! Energy balance: belt work = stored + dissipated in the contact + dissipated in the structure.
+//! Energy balance: belt work + external work = stored + dissipated in the contact + dissipated in the structure.
 
 use crate::contact::ContactMode;
 use crate::integrate::{MAX_STATES, Segment};
@@ -7,7 +7,7 @@ use crate::real::{Real, ZERO};
 
 /// Energies in J.
 ///
-/// `belt_work = change of stored + contact_dissipation + structural_dissipation`, from
+/// `belt_work + external_work = change of stored + contact_dissipation + structural_dissipation`, from
 /// `F v_belt = F w' - F v_r`. Effects that do work of their own (base excitation, drag, further
 /// springs) are not in this balance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,6 +16,8 @@ pub struct Energy {
     pub stored: Real,
     /// Work of the friction force on the moving belt's side, `integral F v_belt dt`.
     pub belt_work: Real,
+    /// Work of the external force, `integral F_ext w' dt`.
+    pub external_work: Real,
     /// Heat in the contact, `- integral F v_r dt`.
     pub contact_dissipation: Real,
     /// Heat in the structure, `integral sum 2 D_j w_j m_j q_j'^2 dt`.
@@ -46,6 +48,8 @@ impl Energy {
             let force = model.evaluate(t, &x, mode, &mut rates).force;
             let motion = model.motion(t, &x, mode);
             self.belt_work += weight * span * force * motion.belt_velocity;
+            self.external_work +=
+                weight * span * model.inputs.external_force_at(t) * motion.velocity;
             self.contact_dissipation -= weight * span * force * motion.relative_velocity;
             self.structural_dissipation += weight * span * model.structural_dissipation(&x);
         }

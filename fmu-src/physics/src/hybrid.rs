@@ -41,8 +41,8 @@ pub struct Rates {
     pub state: State,
     /// Of the distance that the belt has run, in m/s.
     pub belt_distance: f64,
-    /// Of belt work, heat in the contact and heat in the structure, in W.
-    pub energy: [f64; 3],
+    /// Of belt work, heat in the contact, heat in the structure and work of the external force, in W.
+    pub energy: [f64; 4],
 }
 
 /// The model at one instant.
@@ -58,8 +58,8 @@ pub struct Hybrid {
     time: f64,
     state: State,
     mode: ContactMode,
-    /// Belt work, heat in the contact and in the structure since the start, in J.
-    energy: [f64; 3],
+    /// Belt work, heat in the contact, heat in the structure and work of the external force since the start, in J.
+    energy: [f64; 4],
     transition_count: u64,
     last_transition: f64,
     /// k in 1/s; 0 where the rate of the belt's velocity is known.
@@ -77,18 +77,13 @@ impl Hybrid {
         let now = run.inputs();
         let mut model = run.model().clone();
         model.travel_offset += now.belt_distance_at(time);
-        model.inputs = Inputs {
-            since: time,
-            belt_velocity: now.belt_velocity_at(time),
-            normal_force: now.normal_force_at(time),
-            ..now
-        };
+        model.inputs = now.from(time);
         Self {
             model,
             time,
             state: run.state(),
             mode: run.contact_mode(),
-            energy: [0.0; 3],
+            energy: [0.0; 4],
             transition_count: run.transition_count(),
             last_transition: run.last_transition_time(),
             restoring: 0.0,
@@ -103,6 +98,7 @@ impl Hybrid {
         hybrid.restoring = RESTORING * hybrid.model.highest_frequency();
         hybrid.belt_acceleration = 0.0;
         hybrid.model.inputs.normal_force_rate = 0.0;
+        hybrid.model.inputs.external_force_rate = 0.0;
         hybrid.follow();
         hybrid
     }
@@ -146,8 +142,8 @@ impl Hybrid {
         self.model.travel_offset
     }
 
-    /// Belt work, heat in the contact and in the structure since the start, in J.
-    pub fn energy(&self) -> [f64; 3] {
+    /// Belt work, heat in the contact, heat in the structure and work of the external force since the start, in J.
+    pub fn energy(&self) -> [f64; 4] {
         self.energy
     }
 
@@ -184,19 +180,19 @@ impl Hybrid {
         self.energy[index] = energy;
     }
 
-    /// Sets belt velocity in m/s and normal force in N; at an event they may `jump`.
+    /// Sets belt velocity in m/s, normal force in N and external force in N; at an event they may `jump`.
     ///
     /// # Errors
     /// Inputs outside the range in which the equations hold; nothing is changed then.
     pub fn set_inputs(
         &mut self,
-        belt_velocity: f64,
-        normal_force: f64,
+        [belt_velocity, normal_force, external_force]: [f64; 3],
         jump: bool,
     ) -> Result<(), PhysicsError> {
         let inputs = Inputs {
             belt_velocity,
             normal_force,
+            external_force,
             ..self.model.inputs
         };
         inputs.check()?;
@@ -243,6 +239,7 @@ impl Hybrid {
                 force * motion.belt_velocity,
                 -force * motion.relative_velocity,
                 self.model.structural_dissipation(x),
+                self.model.inputs.external_force_at(t) * motion.velocity,
             ],
         };
         let finite = state.iter().chain(&rates.energy).all(|r| r.is_finite());
@@ -265,6 +262,8 @@ impl Hybrid {
             &mut inputs.belt_acceleration,
             &mut inputs.normal_force,
             &mut inputs.normal_force_rate,
+            &mut inputs.external_force,
+            &mut inputs.external_force_rate,
             &mut self.model.travel_offset,
             &mut self.model.stick_since,
             &mut self.time,

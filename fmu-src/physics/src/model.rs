@@ -17,6 +17,10 @@ use crate::parameters::ModelParameters;
 use crate::real::{Real, ZERO, real, value};
 use std::sync::Arc;
 
+/// Rate in 1/s by which steps are measured where the structure is nothing but free masses, which have none of their own:
+/// their motion is smooth until friction changes, and the integrators shorten steps as friction asks.
+const FREE_RATE: f64 = 100.0;
+
 /// An effect that is on, with the place of its states.
 struct Enabled {
     /// Index in the catalogue; users' effects have none.
@@ -263,7 +267,9 @@ impl Model {
 
     /// Whether stick obeys a linear equation with constant coefficients under the present inputs.
     pub fn is_linear_in_stick(&self) -> bool {
-        self.linear_stick && (self.inputs.normal_force_rate == 0.0 || self.effects.is_empty())
+        let i = &self.inputs;
+        let steady = i.normal_force_rate == 0.0 && i.external_force_rate == 0.0;
+        self.linear_stick && (steady || self.effects.is_empty())
     }
 
     /// Whether the static limit is constant during stick under the present inputs.
@@ -415,6 +421,11 @@ impl Model {
         not_negative(coefficient) * self.friction_factor(m, x) * self.effective_normal_force(m, x)
     }
 
+    /// Whether the constraint force follows from the state alone during stick under the present inputs.
+    pub fn keeps_force_steady(&self) -> bool {
+        self.inputs.external_force_rate == 0.0
+    }
+
     /// Largest friction force in N that stick can carry.
     pub fn static_limit(&self, t: Real, x: &State) -> Real {
         if self.effects.is_empty() {
@@ -428,7 +439,7 @@ impl Model {
         self.static_coefficient * factor * self.effective_normal_force(&m, x)
     }
 
-    /// Modal accelerations without the friction force; returns the tip's acceleration under them.
+    /// Modal accelerations without the friction force, the external force included; returns the tip's acceleration under them.
     #[inline]
     fn free_acceleration(
         &self,
@@ -436,7 +447,7 @@ impl Model {
         x: &State,
         acceleration: &mut [Real; MAX_MODES],
     ) -> Real {
-        let mut force = ZERO;
+        let mut force = self.inputs.external_force_at(m.time);
         for e in self.effects.iter() {
             force += e.effect.tip_force(m, self.states(e, x));
         }
@@ -546,12 +557,15 @@ impl Model {
             acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
             free += self.tip_value[j] * acceleration[j];
         }
+        // In stick the belt alone says how the tip moves: friction takes up whatever pushes besides.
         let force = if mode == ContactMode::Stuck {
             (self.inputs.belt_acceleration - free) / self.mobility
         } else {
             let sign = mode.sign();
             let speed = sign * (velocity - self.inputs.belt_velocity_at(t));
-            -sign * self.friction.coefficient(speed) * self.level * self.inputs.normal_force_at(t)
+            let normal = self.inputs.normal_force_at(t);
+            let friction = -sign * self.friction.coefficient(speed) * self.level * normal;
+            friction + self.inputs.external_force_at(t)
         };
         for j in 0..self.mode_count {
             rates[2 * j] = x[2 * j + 1];
@@ -690,10 +704,15 @@ impl Model {
         let mut scales = [1e-9; MAX_STATES];
         let force = (self.static_coefficient * self.level * self.inputs.normal_force).max(1e-3);
         for j in 0..self.mode_count {
-            let w = self.stiffness[j].sqrt();
-            let deflection = (self.gain[j] * force / self.stiffness[j]).abs().max(1e-12);
-            scales[2 * j] = value(deflection);
-            scales[2 * j + 1] = value(deflection * w);
+            let mut stiffness = value(self.stiffness[j]);
+            if stiffness == 0.0 {
+                // A free mass has no deflection: what it covers while the fastest motion goes by.
+                stiffness = self.highest_frequency().powi(2);
+            }
+            let deflection = (value(self.gain[j]) * value(force) / stiffness).abs();
+            let deflection = deflection.max(1e-12);
+            scales[2 * j] = deflection;
+            scales[2 * j + 1] = deflection * stiffness.sqrt();
         }
         for e in self.effects.iter().filter(|e| !e.is_mode) {
             for (i, nominal) in e.nominals.iter().enumerate() {
@@ -703,14 +722,34 @@ impl Model {
         scales
     }
 
-    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher.
+    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher;
+    /// [`FREE_RATE`] where nothing has any.
     pub fn highest_frequency(&self) -> f64 {
         let highest = self.stiffness[..self.mode_count]
             .iter()
             .fold(0.0, |a: f64, k| a.max(value(*k)));
-        self.effects
+        let highest = self
+            .effects
             .iter()
-            .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()))
+            .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()));
+        if highest > 0.0 { highest } else { FREE_RATE }
+    }
+
+    /// Whether every mode has a spring: a structure that carries a static force, as parameter studies need.
+    ///
+    /// # Errors
+    /// [`PhysicsError::OutOfRange`] with the first mode that slides freely.
+    pub fn require_springs(&self) -> Result<(), PhysicsError> {
+        for (j, mode) in self.beam.modes().iter().enumerate() {
+            require(
+                mode.frequency > 0.0,
+                &format!("mode[{}].frequency", j + 1),
+                mode.frequency,
+                "Hz",
+                "positive in a parameter study, which counts from the static deflection (simulate runs free masses)",
+            )?;
+        }
+        Ok(())
     }
 
     /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.

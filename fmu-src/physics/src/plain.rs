@@ -14,6 +14,8 @@ pub struct Plain<'a> {
     pub belt: &'a dyn Fn(f64) -> f64,
     pub belt_rate: f64,
     pub normal: &'a dyn Fn(f64) -> f64,
+    /// Force on the tip beside friction in N over time in s.
+    pub push: &'a dyn Fn(f64) -> f64,
 }
 
 /// Step in s.
@@ -30,15 +32,15 @@ impl Plain<'_> {
         self.tip_velocity(x) - (self.belt)(t)
     }
 
-    fn free(&self, j: usize, x: &[f64]) -> f64 {
-        let (w, d, _, _) = self.modes[j];
-        -2.0 * d * w * x[2 * j + 1] - w * w * x[2 * j]
+    fn free(&self, t: f64, j: usize, x: &[f64]) -> f64 {
+        let (w, d, m, phi) = self.modes[j];
+        phi * (self.push)(t) / m - 2.0 * d * w * x[2 * j + 1] - w * w * x[2 * j]
     }
 
     /// Force that keeps the tip at the belt's velocity.
-    fn constraint(&self, x: &[f64]) -> f64 {
+    fn constraint(&self, t: f64, x: &[f64]) -> f64 {
         let tip: f64 = (0..self.modes.len())
-            .map(|j| self.modes[j].3 * self.free(j, x))
+            .map(|j| self.modes[j].3 * self.free(t, j, x))
             .sum();
         let mobility: f64 = self.modes.iter().map(|(_, _, m, phi)| phi * phi / m).sum();
         (self.belt_rate - tip) / mobility
@@ -46,7 +48,7 @@ impl Plain<'_> {
 
     fn force(&self, t: f64, x: &[f64], mode: f64) -> f64 {
         if mode == 0.0 {
-            self.constraint(x)
+            self.constraint(t, x)
         } else {
             -mode * (self.mu)(mode * self.relative(t, x)) * (self.normal)(t)
         }
@@ -55,7 +57,7 @@ impl Plain<'_> {
     fn rates(&self, t: f64, x: &[f64], mode: f64) -> Vec<f64> {
         let force = self.force(t, x, mode);
         let rate = |(j, (_, _, m, phi)): (usize, &PlainMode)| {
-            [x[2 * j + 1], self.free(j, x) + phi * force / m]
+            [x[2 * j + 1], self.free(t, j, x) + phi * force / m]
         };
         self.modes.iter().enumerate().flat_map(rate).collect()
     }
@@ -75,7 +77,7 @@ impl Plain<'_> {
     /// Positive inside a mode: what is left of the static limit, or of the sliding speed.
     fn margin(&self, t: f64, x: &[f64], mode: f64) -> f64 {
         if mode == 0.0 {
-            self.mu_0 * (self.normal)(t) - self.constraint(x).abs()
+            self.mu_0 * (self.normal)(t) - self.constraint(t, x).abs()
         } else {
             mode * self.relative(t, x)
         }
@@ -86,7 +88,7 @@ impl Plain<'_> {
         if self.margin(t, x, 0.0) >= 0.0 {
             0.0
         } else {
-            -self.constraint(x).signum()
+            -self.constraint(t, x).signum()
         }
     }
 
@@ -118,7 +120,7 @@ impl Plain<'_> {
             t += high;
             transitions.push((t, mode));
             mode = if mode == 0.0 {
-                -self.constraint(x).signum()
+                -self.constraint(t, x).signum()
             } else {
                 self.mode_at_rest(t, x)
             };

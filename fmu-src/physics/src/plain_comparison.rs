@@ -28,7 +28,12 @@ impl Case {
         }
     }
 
-    fn plain<'a>(&self, belt: &'a dyn Fn(f64) -> f64, normal: &'a dyn Fn(f64) -> f64) -> Plain<'a> {
+    fn plain<'a>(
+        &self,
+        belt: &'a dyn Fn(f64) -> f64,
+        normal: &'a dyn Fn(f64) -> f64,
+        push: &'a dyn Fn(f64) -> f64,
+    ) -> Plain<'a> {
         let mode = |m: &crate::beam::ModalOscillator| {
             let w = std::f64::consts::TAU * m.frequency;
             (w, m.damping_ratio, m.mass, m.tip_value)
@@ -40,6 +45,7 @@ impl Case {
             belt,
             belt_rate: self.inputs.belt_acceleration,
             normal,
+            push,
         }
     }
 
@@ -84,14 +90,16 @@ impl Case {
         let i = self.inputs;
         let belt = |t: f64| i.belt_velocity + i.belt_acceleration * t;
         let normal = |t: f64| i.normal_force + i.normal_force_rate * t;
+        let push = |t: f64| i.external_force + i.external_force_rate * t;
         let first = change.map_or(end, |c| c.0);
-        let plain = self.plain(&belt, &normal);
+        let plain = self.plain(&belt, &normal, &push);
         let (mut expected, mode) = plain.run(0.0, &mut x, 0.0, first);
         run.advance_to(first).unwrap();
         if let Some((t, inputs)) = change {
             let belt = |_: f64| inputs.belt_velocity;
             let normal = |_: f64| inputs.normal_force;
-            let plain = self.plain(&belt, &normal);
+            let push = |_: f64| inputs.external_force;
+            let plain = self.plain(&belt, &normal, &push);
             // A stick whose belt or load has changed goes on only if it still can.
             let moved = inputs.belt_velocity - i.belt_velocity;
             let next = match (mode, moved) {
@@ -155,6 +163,37 @@ fn val_the_plain_twin_agrees_with_ramps() {
     let mut case = Case::new(1, 60.0, 0.01);
     case.inputs.normal_force_rate = -2000.0;
     case.compare(0.025, None);
+}
+
+#[test]
+fn val_the_plain_twin_agrees_under_an_external_force() {
+    // Source: src/plain.rs, an independent statement of the equations.
+    let mut case = Case::new(2, 100.0, 0.1);
+    case.inputs.external_force = 20.0;
+    case.compare(0.1, None);
+    case.inputs.external_force_rate = -700.0;
+    case.compare(0.1, None);
+    case.inputs.normal_force_rate = -300.0;
+    case.compare(0.1, None);
+    // Pulled off a belt that stands still, and with one mode against the belt.
+    let mut case = Case::new(2, 60.0, 0.0);
+    case.bend = 0.0;
+    case.inputs.external_force_rate = 2000.0;
+    case.compare(0.06, None);
+    let mut case = Case::new(1, 60.0, 0.05);
+    case.inputs.external_force = -15.0;
+    case.compare(0.1, None);
+    // A push that begins during stick, one that breaks it and one that does not, and during slip.
+    let case = Case::new(2, 100.0, 0.1);
+    for (t, mode) in [(0.004, 0.0), (0.012, -1.0)] {
+        for force in [-90.0, -10.0, 30.0, 140.0] {
+            let inputs = Inputs {
+                external_force: force,
+                ..case.inputs
+            };
+            assert_eq!(case.compare(0.06, Some((t, inputs))), mode);
+        }
+    }
 }
 
 #[test]

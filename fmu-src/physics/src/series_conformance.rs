@@ -19,6 +19,8 @@ fn inputs() -> Inputs {
         belt_acceleration: 0.7,
         normal_force: 100.0,
         normal_force_rate: -250.0,
+        external_force: 9.0,
+        external_force_rate: -170.0,
     }
 }
 

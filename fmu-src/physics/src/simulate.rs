@@ -480,12 +480,7 @@ impl Simulation {
         let mode = self.segment_mode;
         let travel = self.model.motion(t, &self.state(), mode).travel;
         let now = self.model.inputs;
-        let inputs = Inputs {
-            since: t,
-            belt_velocity: now.belt_velocity_at(t),
-            normal_force: now.normal_force_at(t),
-            ..now
-        };
+        let inputs = now.from(t);
         let dwell_began = self.model.stick_since;
         let sticks = mode == ContactMode::Stuck;
         self.model = model;

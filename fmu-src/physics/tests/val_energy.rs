@@ -1,4 +1,4 @@
-//! Conservation: belt work = stored + contact heat + structural heat, on every path of the base model.
+//! Conservation: belt work + external work = stored + contact heat + structural heat, on every path of the base model.
 
 use beam_physics::beam::Beam;
 use beam_physics::belt::Inputs;
@@ -23,11 +23,11 @@ fn balance(parameters: &ModelParameters, inputs: Inputs) {
         run.advance_to(0.0121 * f64::from(i)).unwrap();
         let e = run.energy().unwrap();
         let gain = e.stored - before + e.contact_dissipation + e.structural_dissipation;
-        let size = e.belt_work.abs() + e.contact_dissipation + before;
+        let size = e.belt_work.abs() + e.external_work.abs() + e.contact_dissipation + before;
+        let work = e.belt_work + e.external_work;
         assert!(
-            (e.belt_work - gain).abs() <= 1e-9 * size,
-            "{inputs:?}: {} J of belt work against {gain} J",
-            e.belt_work
+            (work - gain).abs() <= 1e-9 * size,
+            "{inputs:?}: {work} J of work against {gain} J",
         );
         assert!(e.contact_dissipation >= heat - 1e-15);
         assert!(e.structural_dissipation >= 0.0);
@@ -69,6 +69,12 @@ fn val_energy_is_balanced() {
                 ..Inputs::constant(0.12, 80.0)
             };
             balance(&parameters, ramp);
+            let pushed = Inputs {
+                external_force: -30.0,
+                external_force_rate: 200.0,
+                ..ramp
+            };
+            balance(&parameters, pushed);
         }
     }
 }

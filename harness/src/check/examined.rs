@@ -24,13 +24,21 @@ const RANGE_BY_SPEED: f64 = 2.5;
 impl<'a> Examined<'a> {
     /// Of a run on a beam.
     pub fn of(run: &'a Run, beam: &BeamKnowledge) -> Examined<'a> {
-        let lowest = beam.natural_frequencies_hz.iter().copied().reduce(f64::min);
-        Examined {
+        let springs = beam.natural_frequencies_hz.iter().filter(|f| **f > 0.0);
+        let mut examined = Examined {
             run,
             motion: Motion::of(run, beam),
             stiffness: stiffness(beam),
-            lowest,
+            lowest: springs.copied().reduce(f64::min),
+        };
+        if !run.sustains_itself() {
+            // Speeds and deflections of a driven motion are the drive's as much as the structure's, and those of one that
+            // dies out are its start's.
+            examined.stiffness = None;
+            examined.motion.stick_speed = None;
+            examined.motion.slip_frequency = None;
         }
+        examined
     }
 
     /// Stick speed over the stated belt speed.
@@ -71,7 +79,8 @@ impl<'a> Examined<'a> {
 /// `1 / sum phi_j^2 / (m_j w_j^2)`, where masses and frequencies are stated.
 fn stiffness(beam: &BeamKnowledge) -> Option<f64> {
     let modes = beam.natural_frequencies_hz.len();
-    if modes == 0 || beam.masses_kg.len() != modes {
+    let slides = beam.natural_frequencies_hz.contains(&0.0);
+    if modes == 0 || slides || beam.masses_kg.len() != modes {
         return None;
     }
     let tip = |j: usize| beam.tip_values.get(j).copied().unwrap_or(TIP_VALUE);

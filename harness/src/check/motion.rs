@@ -145,7 +145,8 @@ fn slip_frequency(
     speed: &[f64],
     stick: Option<&Plateau>,
 ) -> Option<f64> {
-    let stated = &beam.natural_frequencies_hz;
+    let springs = beam.natural_frequencies_hz.iter().copied();
+    let stated: Vec<f64> = springs.filter(|f| *f > 0.0).collect();
     let lowest = stated.iter().copied().fold(f64::INFINITY, f64::min);
     let above = stated.iter().copied().filter(|f| *f > 1.5 * lowest);
     let smoothed_over = above.fold(f64::INFINITY, f64::min).min(8.0 * lowest);

@@ -184,7 +184,7 @@ pub fn speed_contradicted(run: &Examined) -> bool {
 
 /// The finding on a run's scales and signs, if they can't be meant.
 pub fn scale(run: &Examined) -> Option<Finding> {
-    if run.motion.range == 0.0 {
+    if run.motion.range == 0.0 || !run.run.sustains_itself() {
         return None;
     }
     let speed = run.speed_ratio();
@@ -261,7 +261,8 @@ pub fn share(runs: &[Examined], findings: &mut [Option<Finding>]) {
     let common = (*common).clone();
     for (run, finding) in runs.iter().zip(findings) {
         let differs = finding.as_ref().is_none_or(|own| own.id != common.id);
-        if run.motion.stick_speed.is_none() && run.motion.range > 0.0 && differs {
+        let tells_little = run.motion.stick_speed.is_none() && run.run.sustains_itself();
+        if tells_little && run.motion.range > 0.0 && differs {
             *finding = Some(Finding {
                 runs: vec![run.run.name.clone()],
                 ..common.clone()

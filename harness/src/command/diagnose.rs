@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             rule: format!("campaigns would take months; give {MOST_NULL} or less"),
         });
     }
-    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
+    let campaign = given_campaign::load_plain(&arguments.campaign, arguments.forced, "diagnose")?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::check::{Quality, check};
 use crate::error::Error;
-use crate::measurement::{Campaign, Run};
+use crate::measurement::{BeamKnowledge, Campaign, Run};
 use crate::output::tell;
 
 /// The option of commands that look at the data before they begin.
@@ -39,6 +39,59 @@ pub fn load(path: &Path, forced: Forced) -> Result<Campaign, Error> {
         Some(error) if !forced.force => Err(error),
         _ => Ok(campaign),
     }
+}
+
+/// As [`load`], for commands that read runs at constant belt velocity and normal force on a structure with springs.
+///
+/// # Errors
+/// As [`load`]; a run that something else drives, a mode without a spring.
+pub fn load_plain(path: &Path, forced: Forced, command: &'static str) -> Result<Campaign, Error> {
+    let campaign = load(path, forced)?;
+    campaign
+        .runs
+        .iter()
+        .try_for_each(|run| require_plain(run, command))?;
+    require_springs(&campaign.beam, path, command)?;
+    Ok(campaign)
+}
+
+/// A run that a constant belt and load alone drive.
+///
+/// # Errors
+/// [`Error::DrivenRun`] with the input.
+pub fn require_plain(run: &Run, command: &'static str) -> Result<(), Error> {
+    let series = run.inputs.series().next();
+    let input = match series {
+        Some((name, series)) => format!("{name} from column '{}'", series.column),
+        None if run.inputs.constant_external_force != 0.0 => {
+            format!("external_force_n = {}", run.inputs.constant_external_force)
+        }
+        None => return Ok(()),
+    };
+    Err(Error::DrivenRun {
+        run: run.name.clone(),
+        input,
+        command,
+    })
+}
+
+/// A structure whose modes all have springs.
+///
+/// # Errors
+/// [`Error::FreeMode`] with the mode.
+pub fn require_springs(
+    beam: &BeamKnowledge,
+    path: &Path,
+    command: &'static str,
+) -> Result<(), Error> {
+    let free = beam.natural_frequencies_hz.iter().position(|f| *f == 0.0);
+    free.map_or(Ok(()), |mode| {
+        Err(Error::FreeMode {
+            path: path.to_owned(),
+            mode: mode + 1,
+            command,
+        })
+    })
 }
 
 /// The error of a campaign with values that can't be meant.

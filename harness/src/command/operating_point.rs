@@ -1,5 +1,6 @@
 //! Bringing an FMU to an operating point, and recording its motion there.
 
+use crate::command::drive::Drive;
 use crate::error::Error;
 use crate::fmu::{Fmu, Instance, Kind};
 use crate::measurement::BeamKnowledge;
@@ -66,14 +67,21 @@ impl OperatingPoint {
     /// q_j = w [phi_j / (m_j w_j^2)] / sum_k [phi_k^2 / (m_k w_k^2)],   q_j' likewise from w'
     /// ```
     ///
-    /// A record gives the tip only; a stick phase, which bends the beam slowly, has nearly this shape. FMUs without modal
+    /// A mass without a spring takes all of a static deflection. A record gives the tip only; a stick phase, which bends the beam slowly, has nearly this shape. FMUs without modal
     /// coordinates start as they please.
     pub fn starting_at(mut self, fmu: &Fmu, displacement: f64, velocity: f64) -> OperatingPoint {
         let modes = self.value(fmu, "mode_count").unwrap_or(0.0) as usize;
         let part = |j: usize, part: &str| self.value(fmu, &format!("mode[{j}].{part}"));
+        let slides = (1..=modes).any(|j| part(j, "frequency") == Some(0.0));
         let shape = (1..=modes).map(|j| {
             let (tip, frequency) = (part(j, "tip_value")?, part(j, "frequency")?);
-            Some((tip, tip / (part(j, "mass")? * frequency * frequency)))
+            let mobility = tip / part(j, "mass")?;
+            let bend = match (slides, frequency == 0.0) {
+                (true, true) => mobility,
+                (true, false) => 0.0,
+                (false, _) => mobility / (frequency * frequency),
+            };
+            Some((tip, bend))
         });
         let shape: Vec<(f64, f64)> = shape.collect::<Option<_>>().unwrap_or_default();
         let flexibility: f64 = shape.iter().map(|(tip, bend)| tip * bend).sum();
@@ -99,11 +107,24 @@ impl OperatingPoint {
 
     /// Sets everything and initialises at time 0.
     pub fn start(&self, fmu: &Fmu, instance: &mut Instance) -> Result<(), Error> {
+        self.start_driven(fmu, instance, None)
+    }
+
+    /// The same with inputs that vary; they come before the constant ones.
+    pub fn start_driven(
+        &self,
+        fmu: &Fmu,
+        instance: &mut Instance,
+        drive: Option<&Drive>,
+    ) -> Result<(), Error> {
         for (name, value) in &self.settings {
             instance.set_number(fmu.variable(name)?, *value)?;
         }
         let inputs = fmu.real_references(&["belt_velocity", "normal_force"])?;
         instance.set_real(&inputs, &[self.belt_velocity, self.normal_force])?;
+        if let Some(drive) = drive {
+            drive.begin(instance, 0.0)?;
+        }
         instance.initialize(0.0, None, None)
     }
 }
@@ -124,6 +145,17 @@ pub fn record(
     outputs: &[&str],
     step: f64,
     steps: usize,
+) -> Result<Trajectory, Error> {
+    record_driven(fmu, instance, outputs, (step, steps), None)
+}
+
+/// The same with inputs that vary.
+pub fn record_driven(
+    fmu: &Fmu,
+    instance: &mut Instance,
+    outputs: &[&str],
+    (step, steps): (f64, usize),
+    drive: Option<&Drive>,
 ) -> Result<Trajectory, Error> {
     let variables = outputs
         .iter()
@@ -155,7 +187,10 @@ pub fn record(
         if i < steps {
             // The next time is i + 1 steps, not a running sum, so that it does not drift.
             let (now, next) = (i as f64 * step, (i + 1) as f64 * step);
-            instance.do_step(now, next - now)?;
+            match drive {
+                Some(drive) => drive.advance(instance, now, next)?,
+                None => instance.do_step(now, next - now)?,
+            }
         }
     }
     Ok(trajectory)

@@ -5,10 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::drive::Drive;
 use super::operating_options::OperatingOptions;
-use super::operating_point::{OperatingPoint, record};
+use super::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
+use crate::file_kind::{Wanted, explain};
 use crate::fmu::{Causality, Fmu, Kind};
+use crate::measurement::{Interpolation, read_inputs};
 use crate::output::{print, write_file};
 
 /// Options of `simulate`.
@@ -25,6 +28,13 @@ pub struct Arguments {
     /// Output interval, which is also the communication step, in s
     #[arg(long, value_name = "S", default_value_t = 1e-4)]
     step: f64,
+    /// CSV with a column `time` in s and one for each input that varies, under the FMU's name (belt_velocity, normal_force,
+    /// external_force)
+    #[arg(long, value_name = "CSV")]
+    input: Option<PathBuf>,
+    /// What inputs do between their samples [default: band-limited where these are even, else linear]
+    #[arg(long, value_enum, requires = "input")]
+    input_interpolation: Option<Interpolation>,
     /// Variables to write, separated by commas [default: every output]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     variables: Vec<String>,
@@ -81,9 +91,17 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
         [] => outputs().map(|v| v.name.as_str()).collect(),
         chosen => chosen.iter().map(String::as_str).collect(),
     };
-    let mut instance = fmu.instantiate("simulate")?;
-    point.start(fmu, &mut instance)?;
-    let trajectory = record(fmu, &mut instance, &names, step, steps as usize)?;
+    let tracks = match &arguments.input {
+        Some(path) => read_inputs(path, arguments.input_interpolation)
+            .map_err(|error| explain(error, path, Wanted::Table))?,
+        None => Vec::new(),
+    };
+    let tracks = tracks.iter().map(|(name, t)| (name.as_str(), t.clone()));
+    let drive = Drive::of(fmu, tracks.collect())?;
+    let mut instance = drive.instance(fmu, "simulate")?;
+    point.start_driven(fmu, &mut instance, Some(&drive))?;
+    let samples = (step, steps as usize);
+    let trajectory = record_driven(fmu, &mut instance, &names, samples, Some(&drive))?;
 
     let mut csv = String::from("time");
     names.iter().for_each(|name| csv.extend([",", name]));

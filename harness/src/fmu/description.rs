@@ -48,6 +48,7 @@ pub struct Capabilities {
     pub can_get_and_set_state: bool,
     pub can_serialize_state: bool,
     pub can_handle_variable_step: bool,
+    pub can_interpolate_inputs: bool,
     pub only_one_instance_per_process: bool,
     pub can_not_use_memory_management_functions: bool,
 }

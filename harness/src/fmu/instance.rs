@@ -128,6 +128,14 @@ impl Instance {
         self.check("fmi2SetString", status)
     }
 
+    /// `fmi2SetRealInputDerivatives` of order 1, per s, for the next step; of an instance made by
+    /// [`Fmu::instantiate_driven`]. Panics if the lengths differ.
+    pub fn set_input_rates(&mut self, references: &[u32], rates: &[f64]) -> Result<(), Error> {
+        assert_eq!(references.len(), rates.len(), "one rate per reference");
+        let status = self.slave.set_input_rates(references, rates);
+        self.check("fmi2SetRealInputDerivatives", status)
+    }
+
     /// Sets any variable but a string from a number: integers and enumerations must be whole, booleans 0 or 1.
     pub fn set_number(&mut self, variable: &Variable, value: f64) -> Result<(), Error> {
         let refuse = |kind, rule| Error::VariableValue {

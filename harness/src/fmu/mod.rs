@@ -16,7 +16,8 @@
 //! # Ok(()) }
 //! ```
 //!
-//! Two backends do the calls: crate `fmi-rs`, and with the cargo feature `fmi-crate` crate `fmi`. The description is
+//! Two backends do the calls: crate `fmi-rs`, and with the cargo feature `fmi-crate` crate `fmi`; a third, without a crate, serves
+//! inputs with slopes alone. The description is
 //! read here, so it is the same for both.
 
 mod archive;
@@ -28,6 +29,7 @@ mod fmi_rs_backend;
 mod instance;
 mod message_log;
 mod parse_description;
+mod raw_backend;
 mod slave;
 mod status;
 mod tangents;
@@ -146,6 +148,20 @@ impl Fmu {
             }
         };
         Ok(Instance::new(self, slave, log, name))
+    }
+
+    /// A new instance whose inputs can be given slopes ([`Instance::set_input_rates`]), but whose state can't be saved.
+    ///
+    /// # Errors
+    /// An FMU that gives no instance.
+    pub fn instantiate_driven(&self, name: &str) -> Result<Instance, Error> {
+        let log = Arc::new(MessageLog::default());
+        let slave = raw_backend::instantiate(self.folder(), self.description(), name, log.clone());
+        let slave = slave.map_err(|reason| Error::FmuInstantiate {
+            path: self.loaded.path.clone(),
+            reason: format!("{reason} {}", log.take()).trim().to_owned(),
+        })?;
+        Ok(Instance::new(self, Box::new(slave), log, name))
     }
 
     /// An instance that gives derivatives along a motion, if this FMU offers that (ours does).

@@ -73,6 +73,7 @@ pub(crate) fn parse(xml: &str) -> Result<ModelDescription, Problem> {
             can_get_and_set_state: flag(co_simulation, "canGetAndSetFMUstate"),
             can_serialize_state: flag(co_simulation, "canSerializeFMUstate"),
             can_handle_variable_step: flag(co_simulation, "canHandleVariableCommunicationStepSize"),
+            can_interpolate_inputs: flag(co_simulation, "canInterpolateInputs"),
             only_one_instance_per_process: flag(
                 co_simulation,
                 "canBeInstantiatedOnlyOncePerProcess",

@@ -13,6 +13,10 @@ pub(crate) trait Slave {
     fn set_boolean(&mut self, references: &[u32], values: &[i32]) -> Status;
     fn get_boolean(&mut self, references: &[u32], values: &mut [i32]) -> Status;
     fn set_string(&mut self, references: &[u32], values: &[&str]) -> Status;
+    /// First derivatives of inputs, per s, for the next step; refused by backends that can't pass them on.
+    fn set_input_rates(&mut self, _references: &[u32], _rates: &[f64]) -> Status {
+        Status::Error
+    }
     fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>)
     -> Status;
     fn enter_initialization(&mut self) -> Status;

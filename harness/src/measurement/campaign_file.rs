@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::csv_table::Channels;
 use super::uncertainty::{OfModes, Uncertainty};
-use super::{BeamKnowledge, Role};
+use super::{BeamKnowledge, Interpolation, Role};
 use crate::error::Error;
 
 /// The file's content, checked.
@@ -26,6 +26,10 @@ pub(super) struct RunEntry {
     pub role: Option<Role>,
     pub belt_velocity: f64,
     pub normal_force: f64,
+    /// Constant force on the tip beside what a column gives, N.
+    pub external_force: f64,
+    /// What inputs do between their samples, where the file says it.
+    pub interpolation: Option<Interpolation>,
     pub channels: Channels,
 }
 
@@ -97,23 +101,38 @@ struct RawChannels {
     displacement_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
+    belt_velocity_column: Option<String>,
+    belt_velocity_scale: Option<Spanned<f64>>,
+    normal_force_column: Option<String>,
+    normal_force_scale: Option<Spanned<f64>>,
+    external_force_column: Option<String>,
+    external_force_scale: Option<Spanned<f64>>,
+    input_interpolation: Option<Interpolation>,
 }
 
 // Not `flatten`ed with RawChannels: serde cannot refuse unknown keys there.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawRun {
-    file: String,
+    file: Spanned<String>,
     name: Option<String>,
     role: Option<Role>,
-    belt_velocity_m_per_s: Spanned<f64>,
-    normal_force_n: Spanned<f64>,
+    belt_velocity_m_per_s: Option<Spanned<f64>>,
+    normal_force_n: Option<Spanned<f64>>,
+    external_force_n: Option<Spanned<f64>>,
     time_column: Option<String>,
     displacement_column: Option<String>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
+    belt_velocity_column: Option<String>,
+    belt_velocity_scale: Option<Spanned<f64>>,
+    normal_force_column: Option<String>,
+    normal_force_scale: Option<Spanned<f64>>,
+    external_force_column: Option<String>,
+    external_force_scale: Option<Spanned<f64>>,
+    input_interpolation: Option<Interpolation>,
 }
 
 /// Reads and checks the file.
@@ -164,17 +183,25 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     })?;
     let check = Check { path, text: &text };
     let run = RawRun {
-        file: single.file.to_string_lossy().into_owned(),
+        file: Spanned::new(0..0, single.file.to_string_lossy().into_owned()),
         name: None,
         role: None,
-        belt_velocity_m_per_s: Spanned::new(0..0, single.belt_velocity),
-        normal_force_n: Spanned::new(0..0, single.normal_force),
+        belt_velocity_m_per_s: Some(Spanned::new(0..0, single.belt_velocity)),
+        normal_force_n: Some(Spanned::new(0..0, single.normal_force)),
+        external_force_n: None,
         time_column: single.time_column.clone(),
         displacement_column: single.displacement_column.clone(),
         time_scale: None,
         displacement_scale: None,
         delimiter: None,
         sample_rate_hz: None,
+        belt_velocity_column: None,
+        belt_velocity_scale: None,
+        normal_force_column: None,
+        normal_force_scale: None,
+        external_force_column: None,
+        external_force_scale: None,
+        input_interpolation: None,
     };
     Ok(CampaignFile {
         name: None,
@@ -383,7 +410,7 @@ impl Check<'_> {
             natural_frequencies_hz: self.list(
                 "[beam] natural_frequencies_hz",
                 "Hz",
-                POSITIVE,
+                NOT_NEGATIVE,
                 raw.natural_frequencies_hz,
             )?,
             damping_ratios: self.list(
@@ -446,8 +473,54 @@ impl Check<'_> {
         }
     }
 
+    /// The constant value of an input; with a column it may be left out, and is then its mean.
+    fn constant(
+        &self,
+        (key, unit, rule): (&'static str, &'static str, Rule),
+        value: Option<Spanned<f64>>,
+        column: (&'static str, bool),
+        run: &Range<usize>,
+    ) -> Result<f64, Error> {
+        let problem = match (value, column) {
+            (Some(value), (_, false)) => {
+                return self.number(&format!("[[run]] {key}"), unit, rule, value);
+            }
+            (None, (_, true)) => return Ok(0.0),
+            (None, (column, false)) => {
+                format!(
+                    "a [[run]] lacks {key}: give it, or {column} where the run's file has it as a column"
+                )
+            }
+            (Some(_), (column, true)) => {
+                format!("a [[run]] has both {key} and {column}: give the number or the column")
+            }
+        };
+        Err(Error::CampaignFile {
+            path: self.path.to_owned(),
+            line: line_of(self.text, run.clone()),
+            problem,
+        })
+    }
+
     fn run(&self, raw: RawRun, common: &RawChannels) -> Result<RunEntry, Error> {
         let common = common.clone();
+        let place = raw.file.span();
+        let file = raw.file.into_inner();
+        // A number in the run comes before a column that all runs have.
+        let column = |own: Option<String>, common: Option<String>, stated: bool| {
+            own.or(common.filter(|_| !stated))
+        };
+        let belt_column = column(
+            raw.belt_velocity_column,
+            common.belt_velocity_column,
+            raw.belt_velocity_m_per_s.is_some(),
+        );
+        let load_column = column(
+            raw.normal_force_column,
+            common.normal_force_column,
+            raw.normal_force_n.is_some(),
+        );
+        let push_column = raw.external_force_column.or(common.external_force_column);
         let scale = |key, rule, own: Option<Spanned<f64>>, common: Option<Spanned<f64>>| match own
             .or(common)
         {
@@ -455,7 +528,7 @@ impl Check<'_> {
             None => Ok(None),
         };
         let stem = || {
-            Path::new(&raw.file)
+            Path::new(&file)
                 .file_stem()
                 .map(|s| s.to_string_lossy().into_owned())
         };
@@ -464,20 +537,25 @@ impl Check<'_> {
                 .name
                 .clone()
                 .or_else(stem)
-                .unwrap_or_else(|| raw.file.clone()),
+                .unwrap_or_else(|| file.clone()),
             role: raw.role,
-            belt_velocity: self.number(
-                "[[run]] belt_velocity_m_per_s",
-                "m/s",
-                ANY,
+            belt_velocity: self.constant(
+                ("belt_velocity_m_per_s", "m/s", ANY),
                 raw.belt_velocity_m_per_s,
+                ("belt_velocity_column", belt_column.is_some()),
+                &place,
             )?,
-            normal_force: self.number(
-                "[[run]] normal_force_n",
-                "N",
-                NOT_NEGATIVE,
+            normal_force: self.constant(
+                ("normal_force_n", "N", NOT_NEGATIVE),
                 raw.normal_force_n,
+                ("normal_force_column", load_column.is_some()),
+                &place,
             )?,
+            external_force: match raw.external_force_n {
+                None => 0.0,
+                Some(given) => self.number("[[run]] external_force_n", "N", ANY, given)?,
+            },
+            interpolation: raw.input_interpolation.or(common.input_interpolation),
             channels: Channels {
                 time_column: raw.time_column.or(common.time_column),
                 displacement_column: raw.displacement_column.or(common.displacement_column),
@@ -493,8 +571,37 @@ impl Check<'_> {
                     Some(rate) => Some(self.number("sample_rate_hz", "Hz", POSITIVE, rate)?),
                     None => None,
                 },
+                inputs: [
+                    (
+                        belt_column,
+                        scale(
+                            "belt_velocity_scale",
+                            NOT_ZERO,
+                            raw.belt_velocity_scale,
+                            common.belt_velocity_scale,
+                        )?,
+                    ),
+                    (
+                        load_column,
+                        scale(
+                            "normal_force_scale",
+                            POSITIVE,
+                            raw.normal_force_scale,
+                            common.normal_force_scale,
+                        )?,
+                    ),
+                    (
+                        push_column,
+                        scale(
+                            "external_force_scale",
+                            NOT_ZERO,
+                            raw.external_force_scale,
+                            common.external_force_scale,
+                        )?,
+                    ),
+                ],
             },
-            file: raw.file,
+            file,
         })
     }
 }

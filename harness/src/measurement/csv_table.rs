@@ -1,4 +1,4 @@
-//! Two columns of a table, in SI units.
+//! Time, displacement and measured inputs of a run from a table, in SI units.
 
 use std::path::Path;
 
@@ -17,20 +17,24 @@ pub(super) struct Channels {
     pub delimiter: Option<u8>,
     /// Samples per second, for a file without a column of times.
     pub sample_rate: Option<f64>,
+    /// Column and scale of each of [`INPUTS`]; no column, no input.
+    pub inputs: [(Option<String>, Option<f64>); 3],
 }
 
-/// Time and displacement.
+/// Time, displacement and what was measured of the inputs.
 pub(super) struct Record {
     /// s; strictly increasing.
     pub time: Vec<f64>,
     /// m.
     pub displacement: Vec<f64>,
+    /// Name and values of each of [`INPUTS`], SI units.
+    pub inputs: [Option<(String, Vec<f64>)>; 3],
     /// How the file was read, where it is not plain comma-separated values in SI units.
     pub understood: Option<String>,
 }
 
-/// Reads time (s) and displacement (m). Rows without a displacement or a time are left out, as
-/// missing samples.
+/// Reads time (s), displacement (m) and inputs. Rows without one of them are left out, as missing
+/// samples.
 pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
     let table = Table::read(path, channels.delimiter)?;
     let choice = Choice {
@@ -55,10 +59,22 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
             (times, values)
         }
     };
+    let mut measured: Vec<Vec<f64>> = Vec::new();
+    for (wanted, (stated, own)) in INPUTS.iter().zip(&channels.inputs) {
+        if stated.is_some() {
+            let at = choice.column(wanted, stated.as_deref())?;
+            let scale = choice.scale(wanted, at, *own, &mut differs)?;
+            let [mut column] = table.columns([at])?;
+            column.iter_mut().for_each(|v| *v *= scale);
+            measured.push(column);
+        }
+    }
+    let mut kept: Vec<Vec<f64>> = vec![Vec::new(); measured.len()];
     let rows = values.len();
     let (mut time, mut displacement) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
-    for ((line, t), value) in table.lines().zip(times).zip(values) {
-        if t.is_nan() || value.is_nan() {
+    for (row, ((line, t), value)) in table.lines().zip(times).zip(values).enumerate() {
+        let lacks_input = measured.iter().any(|column| column[row].is_nan());
+        if t.is_nan() || value.is_nan() || lacks_input {
             continue;
         }
         if let Some(&previous) = time.last()
@@ -73,20 +89,29 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
         }
         time.push(t);
         displacement.push(value * scale);
+        for (kept, column) in kept.iter_mut().zip(&measured) {
+            kept.push(column[row]);
+        }
     }
     if time.len() < rows {
         let missing = rows - time.len();
         differs.push(format!("{missing} of {rows} samples missing"));
     }
+    let mut kept = kept.into_iter();
+    let inputs = std::array::from_fn(|i| {
+        let name = channels.inputs[i].0.clone()?;
+        Some((name, kept.next()?))
+    });
     Ok(Record {
         time,
         displacement,
+        inputs,
         understood: (!differs.is_empty()).then(|| differs.join(", ")),
     })
 }
 
 /// What a column is looked for by.
-struct Wanted {
+pub(super) struct Wanted {
     quantity: Quantity,
     /// Names that it has where campaign.toml gives none: the format's own, and the one that
     /// `simulate` writes.
@@ -114,6 +139,34 @@ const DISPLACEMENT: Wanted = Wanted {
     scale_key: "displacement_scale",
     unit: "m",
 };
+
+/// The inputs that a column can give: belt velocity, normal force, external force.
+pub(super) const INPUTS: [Wanted; 3] = [
+    Wanted {
+        quantity: Quantity::Velocity,
+        usual: ["belt_velocity_m_per_s", "belt_velocity"],
+        plain: &[],
+        key: "belt_velocity_column",
+        scale_key: "belt_velocity_scale",
+        unit: "m/s",
+    },
+    Wanted {
+        quantity: Quantity::Force,
+        usual: ["normal_force_n", "normal_force"],
+        plain: &[],
+        key: "normal_force_column",
+        scale_key: "normal_force_scale",
+        unit: "N",
+    },
+    Wanted {
+        quantity: Quantity::Force,
+        usual: ["external_force_n", "external_force"],
+        plain: &[],
+        key: "external_force_column",
+        scale_key: "external_force_scale",
+        unit: "N",
+    },
+];
 
 struct Choice<'a> {
     path: &'a Path,

@@ -13,6 +13,7 @@
 //! Everything is in SI units once loaded. Samples are kept as measured: gaps and uneven sampling are found and
 //! reported, never filled.
 
+mod band_limited;
 mod campaign_file;
 mod cell;
 mod column;
@@ -21,6 +22,8 @@ mod dialect;
 mod encoding;
 mod faults;
 mod header;
+mod input_file;
+mod inputs;
 mod lines;
 mod noise;
 mod sampling;
@@ -32,6 +35,8 @@ use std::path::{Path, PathBuf};
 
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
+pub use input_file::read_inputs;
+pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
 pub use uncertainty::{OfModes, Uncertainty};
@@ -86,10 +91,12 @@ pub struct Run {
     pub file: PathBuf,
     /// Its role, where campaign.toml gives one.
     pub role: Option<Role>,
-    /// Belt velocity, m/s; any sign.
+    /// Belt velocity, m/s; any sign. The mean, where it varies.
     pub belt_velocity: f64,
-    /// Normal force, N; never negative.
+    /// Normal force, N; never negative. The mean, where it varies.
     pub normal_force: f64,
+    /// What varies in time, and external forces.
+    pub inputs: InputSignals,
     /// Sample times, s; strictly increasing.
     pub time: Vec<f64>,
     /// Measured tip displacement, m; as long as `time`.
@@ -124,6 +131,7 @@ impl Run {
         Run {
             name: self.name.clone(),
             file: self.file.clone(),
+            inputs: self.inputs.beginning(samples),
             time: self.time[..samples].to_vec(),
             displacement: self.displacement[..samples].to_vec(),
             sampling: Sampling::of(&self.time[..samples]),
@@ -217,6 +225,7 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
     let csv_table::Record {
         time,
         displacement,
+        inputs,
         understood,
     } = csv_table::read(&file, &entry.channels)
         .map_err(|error| explain(error, &file, Wanted::Table))?;
@@ -245,6 +254,12 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
             interval: sampling.interval,
         });
     }
+    let inputs = input_signals(&file, &entry, inputs, &sampling)?;
+    let mean = |series: &Option<InputSeries>, stated: f64| {
+        series.as_ref().map_or(stated, |s| {
+            s.values.iter().sum::<f64>() / s.values.len() as f64
+        })
+    };
     let noise = Noise::estimate(&displacement, &sampling);
     let faults = faults::find(&displacement, &noise);
     let lost: usize = faults.iter().map(|fault| fault.samples).sum();
@@ -263,14 +278,71 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         name: entry.name,
         file,
         role: entry.role,
-        belt_velocity: entry.belt_velocity,
-        normal_force: entry.normal_force,
+        belt_velocity: mean(&inputs.belt_velocity, entry.belt_velocity),
+        normal_force: mean(&inputs.normal_force, entry.normal_force),
+        inputs,
         time,
         displacement,
         sampling,
         noise,
         faults,
         understood,
+    })
+}
+
+/// The inputs of a run from the columns read, in the order of [`csv_table::INPUTS`].
+fn input_signals(
+    file: &Path,
+    entry: &campaign_file::RunEntry,
+    columns: [Option<(String, Vec<f64>)>; 3],
+    sampling: &Sampling,
+) -> Result<InputSignals, Error> {
+    let usual = Interpolation::usual(sampling);
+    let interpolation = entry.interpolation.unwrap_or(usual);
+    let first = columns.iter().flatten().next();
+    if let Some((column, _)) = first
+        && interpolation == Interpolation::BandLimited
+        && !inputs::is_even(sampling)
+    {
+        return Err(Error::UnevenInput {
+            path: file.to_owned(),
+            column: column.clone(),
+            jitter: 100.0 * sampling.jitter,
+            gaps: sampling.gaps.len(),
+        });
+    }
+    if let Some((column, values)) = &columns[1]
+        && let Some(worst) = values.iter().position(|force| *force < 0.0)
+    {
+        return Err(Error::NegativeLoad {
+            path: file.to_owned(),
+            column: column.clone(),
+            sample: worst + 1,
+            value: values[worst],
+        });
+    }
+    let series = columns.map(|column| {
+        column.map(|(column, values)| InputSeries {
+            column,
+            values,
+            interpolation,
+        })
+    });
+    let [belt_velocity, normal_force, mut external_force] = series;
+    let mut constant_external_force = entry.external_force;
+    if let Some(series) = &mut external_force {
+        // Forces add up: an offset of the amplifier, a weight beside the hammer.
+        series
+            .values
+            .iter_mut()
+            .for_each(|f| *f += constant_external_force);
+        constant_external_force = 0.0;
+    }
+    Ok(InputSignals {
+        belt_velocity,
+        normal_force,
+        external_force,
+        constant_external_force,
     })
 }
 

@@ -124,6 +124,7 @@ fn energy(value: &mut Option<Energy>, codec: &mut impl Codec) -> Option<()> {
     codec.flag(&mut present)?;
     codec.number(&mut e.stored)?;
     codec.number(&mut e.belt_work)?;
+    codec.number(&mut e.external_work)?;
     codec.number(&mut e.contact_dissipation)?;
     codec.number(&mut e.structural_dissipation)?;
     *value = present.then_some(e);
@@ -140,6 +141,8 @@ impl Simulation {
         codec.number(&mut inputs.belt_acceleration)?;
         codec.number(&mut inputs.normal_force)?;
         codec.number(&mut inputs.normal_force_rate)?;
+        codec.number(&mut inputs.external_force)?;
+        codec.number(&mut inputs.external_force_rate)?;
         codec.number(&mut self.model.travel_offset)?;
         codec.number(&mut self.model.stick_since)?;
         codec.number(&mut self.tolerance)?;

@@ -112,7 +112,8 @@ impl Simulation {
         self.segment_is_ready = false;
         self.statistics.stick_steps += 1;
         let end = system.linear.end_of_step(&x);
-        let root = if self.model.keeps_limit_constant() {
+        let settled = self.model.keeps_limit_constant() && self.model.keeps_force_steady();
+        let root = if settled {
             let limit = self.model.static_limit(self.front, &x);
             // With derivatives the polynomial costs more than the look at its values that spares it.
             if cfg!(feature = "tangent") && system.force.bound(&x) < value(limit) {

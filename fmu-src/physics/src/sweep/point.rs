@@ -121,6 +121,7 @@ pub fn evaluate(
     from: &StartRule,
     carried: Option<&Carry>,
 ) -> Result<Motion, PhysicsError> {
+    subject.model.require_springs()?;
     let tolerance = subject.tolerance;
     let begin = start(from, subject, carried);
     let inputs = subject.model.inputs;

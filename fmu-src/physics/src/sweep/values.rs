@@ -19,6 +19,7 @@ use crate::simulate::{DEFAULT_TOLERANCE, Start, StartContact};
 pub struct Values {
     belt_velocity: f64,
     normal_force: f64,
+    external_force: f64,
     mode_count: f64,
     modes: [ModalOscillator; MAX_MODES],
     law: f64,
@@ -89,6 +90,7 @@ impl Default for Values {
         Self {
             belt_velocity: 0.1,
             normal_force: 100.0,
+            external_force: 0.0,
             mode_count: first.len() as f64,
             modes: std::array::from_fn(|j| all.modes()[j]),
             law: 1.0,
@@ -151,6 +153,7 @@ impl Values {
         Some(match name {
             "belt_velocity" => &mut self.belt_velocity,
             "normal_force" => &mut self.normal_force,
+            "external_force" => &mut self.external_force,
             "mode_count" => &mut self.mode_count,
             "friction.law" => &mut self.law,
             "friction.mu_0" => &mut self.eq7.mu_0,
@@ -228,6 +231,7 @@ impl Values {
     /// Parameters outside the range in which the equations hold.
     pub fn subject(&self) -> Result<Subject, PhysicsError> {
         let model = self.model()?;
+        model.require_springs()?;
         Ok(Subject {
             given: self.start_is_given.then(|| self.start(&model)),
             tolerance: self.tolerance,
@@ -289,7 +293,10 @@ impl Values {
             effects: self.effects.clone(),
             user_effects: on.map(|own| own.effect.clone()).collect(),
         };
-        let inputs = Inputs::constant(self.belt_velocity, self.normal_force);
+        let inputs = Inputs {
+            external_force: self.external_force,
+            ..Inputs::constant(self.belt_velocity, self.normal_force)
+        };
         Model::new(&parameters, inputs)
     }
 

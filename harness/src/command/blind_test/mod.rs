@@ -127,8 +127,11 @@ impl Test<'_> {
             return Ok(None);
         }
         let name = &answer.campaign;
-        let campaign =
-            given_campaign::load(&self.arguments.folder.join(name), self.arguments.forced)?;
+        let campaign = given_campaign::load_plain(
+            &self.arguments.folder.join(name),
+            self.arguments.forced,
+            "blind-test",
+        )?;
         let provenance = Provenance::of_campaign(&campaign, self.fmu.path())?;
         let folder = self.arguments.output.join(name);
         make_folder(&folder)?;

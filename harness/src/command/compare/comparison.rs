@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::driven_motion::driven_motions;
 use super::follow::follow;
 use super::from_start_states::{Held, nrmse, settings};
 use super::model_motion::{Lead, model_motions};
@@ -74,24 +75,32 @@ pub struct Curves {
     pub spectra: (Spectrum, Spectrum),
 }
 
-/// Runs the FMU at a run's operating point and compares; with the run's own parameters and start states where it holds them.
+/// Runs the FMU at a run's operating point and compares; with the run's own parameters and start states where it holds them,
+/// and with start values `given` before all.
 pub(super) fn compare_run(
     fmu: &Fmu,
     beam: &BeamKnowledge,
     run: &Run,
-    held: &Held,
+    (held, given): (&Held, &[(String, f64)]),
     watch: &dyn Watch,
 ) -> Result<RunComparison, Error> {
     let set = held.of(run);
+    let mut settings = settings(set);
+    settings.extend_from_slice(given);
     let interval = run.sample_interval();
     let noise = run.noise.std;
     let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
     let measured = characteristics(&time, &run.displacement, run.belt_velocity, noise);
-    let period = measured.period;
+    // A motion with its place in time is not shifted to fit.
+    let period = measured.period.filter(|_| run.sustains_itself());
 
     let lead = period.map_or(Lead::default(), |p| Lead::of(p, run.duration(), interval));
     let half = |second| Half { watch, second };
-    let motions = model_motions(fmu, beam, run, lead, &settings(set), &half(false))?;
+    let motions = if run.sustains_itself() {
+        model_motions(fmu, beam, run, lead, &settings, &half(false))?
+    } else {
+        driven_motions(fmu, beam, run, &settings)?
+    };
     let follower = follow(&time, run, &motions, period, &half(true))?;
     let measured_stick = detect_stick(&time, &run.displacement, run.belt_velocity, noise);
     // The follower has the measured period by construction; what the model does by itself counts.
@@ -160,7 +169,17 @@ pub(super) fn spread(values: &[f64]) -> f64 {
 }
 
 fn remarks(run: &Run) -> Vec<String> {
-    let mut remarks = Vec::new();
+    let mut remarks: Vec<String> = run
+        .inputs
+        .series()
+        .map(|(name, series)| {
+            let (column, between) = (&series.column, series.interpolation.words());
+            format!("{name} from column '{column}', {between}")
+        })
+        .collect();
+    if !run.sustains_itself() {
+        remarks.push("compared sample by sample from its start".to_owned());
+    }
     let missing: usize = run.sampling.gaps.iter().map(|g| g.missing).sum();
     if missing > 0 {
         remarks.push(format!(

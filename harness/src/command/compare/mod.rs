@@ -1,6 +1,7 @@
 //! `stickslip compare`: an FMU at every operating point of a measured campaign, and where they differ.
 
 mod comparison;
+mod driven_motion;
 mod follow;
 mod from_start_states;
 mod model_motion;
@@ -19,8 +20,9 @@ pub use comparison::RunComparison;
 use from_start_states::Held;
 
 use super::given_campaign::{self, Forced};
+use super::operating_options::start_values;
 use crate::error::Error;
-use crate::fmu::Fmu;
+use crate::fmu::{Causality, Fmu};
 use crate::measurement::{Campaign, Run};
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
@@ -41,6 +43,10 @@ pub struct Arguments {
     /// Print comparison.json instead of the table
     #[arg(long)]
     json: bool,
+    /// Start value of any variable of the FMU but its inputs, in the variable's unit, or @FILE with one per line; may be
+    /// repeated
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
     /// Exit with code 1 if any run's NRMSE is above this
     #[arg(long, value_name = "NRMSE")]
     fail_above: Option<f64>,
@@ -56,6 +62,7 @@ impl Arguments {
             fmu,
             output,
             json: false,
+            settings: Vec::new(),
             fail_above: None,
             forced: Forced::default(),
         }
@@ -65,11 +72,13 @@ impl Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let limit = arguments.fail_above.map(positive).transpose()?;
+    let settings = start_values(&arguments.settings)?;
     let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     // Before the work, so that a folder that cannot be made costs no time.
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let comparisons = compare(&fmu, &campaign)?;
+    refuse_inputs(&fmu, &settings)?;
+    let comparisons = compare(&fmu, &campaign, &settings)?;
 
     let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
     let json = provenance.json(&Summary {
@@ -92,8 +101,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     gate(&comparisons, limit)
 }
 
-/// Compares every run, worst first.
-pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Error> {
+/// The campaign says what drives each run.
+fn refuse_inputs(fmu: &Fmu, settings: &[(String, f64)]) -> Result<(), Error> {
+    for (name, value) in settings {
+        if fmu.variable(name)?.causality == Causality::Input {
+            return Err(Error::Option {
+                option: "--set",
+                value: format!("{name}={value}"),
+                rule: "is an input, which campaign.toml states for each run; change it there"
+                    .into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Compares every run, worst first, with these start values beside what is known of the beam.
+pub fn compare(
+    fmu: &Fmu,
+    campaign: &Campaign,
+    settings: &[(String, f64)],
+) -> Result<Vec<RunComparison>, Error> {
     // Hidden by itself where standard error is no terminal.
     let style = ProgressStyle::with_template(
         "{elapsed_precise} {bar:30} {percent} % {msg} (about {eta} left)",
@@ -110,7 +138,13 @@ pub fn compare(fmu: &Fmu, campaign: &Campaign) -> Result<Vec<RunComparison>, Err
             before,
             samples: samples(run),
         };
-        comparisons.push(compare_run(fmu, &campaign.beam, run, &held, &inside)?);
+        comparisons.push(compare_run(
+            fmu,
+            &campaign.beam,
+            run,
+            (&held, settings),
+            &inside,
+        )?);
         before += samples(run);
         bar.set_position(before);
     }

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::command::operating_point::{OperatingPoint, record};
+use crate::command::drive::Drive;
+use crate::command::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
@@ -112,6 +113,15 @@ pub(super) struct Piece<'a> {
 }
 
 impl Motions {
+    /// One motion that is compared as it is, from its start on.
+    pub fn of_one(motion: Motion) -> Motions {
+        Motions {
+            from_grid: vec![motion],
+            throughout: None,
+            lead: Lead::default(),
+        }
+    }
+
     /// The pieces to compare: each motion settled, and each motion from its start on. A measured rig may still be on its
     /// way from an unknown start, which takes seconds, or have arrived.
     pub fn pieces(&self) -> Vec<Piece<'_>> {
@@ -195,7 +205,7 @@ pub(super) fn model_motions(
         .collect();
     let done = AtomicUsize::new(0);
     let mut motions = parallel(&jobs, |(point, steps)| {
-        let motion = model_run(fmu, &run.name, point, interval, *steps)?;
+        let motion = model_run(fmu, &run.name, point, (interval, *steps), None)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         watch.step(&run.name, done, jobs.len());
         Ok(motion)
@@ -249,27 +259,31 @@ fn starts(
         .collect()
 }
 
-fn model_run(
+/// The model from `point` on: samples at an interval in s, and how many steps.
+pub(super) fn model_run(
     fmu: &Fmu,
     name: &str,
     point: &OperatingPoint,
-    interval: f64,
-    steps: usize,
+    samples: (f64, usize),
+    drive: Option<&Drive>,
 ) -> Result<Motion, Error> {
-    let mut instance = fmu.instantiate(name)?;
-    point.start(fmu, &mut instance)?;
+    let mut instance = match drive {
+        Some(drive) => drive.instance(fmu, name)?,
+        None => fmu.instantiate(name)?,
+    };
+    point.start_driven(fmu, &mut instance, drive)?;
     let has_sensor = fmu.description().find("measured_displacement").is_some();
     let displacement = if has_sensor {
         "measured_displacement"
     } else {
         "tip_displacement"
     };
-    let recorded = record(
+    let recorded = record_driven(
         fmu,
         &mut instance,
         &[displacement, "tip_velocity"],
-        interval,
-        steps,
+        samples,
+        drive,
     )?;
     let [displacement, velocity] =
         <[Vec<f64>; 2]>::try_from(recorded.values).expect("two outputs were asked for");

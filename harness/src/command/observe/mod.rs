@@ -98,11 +98,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let campaign = load(arguments, &said)?;
     let run = find(&campaign, arguments)?;
     given_campaign::tell_how(run);
+    given_campaign::require_plain(run, "observe")?;
     agree(run, &said)?;
     make_folder(&arguments.output)?;
     let mut remarks = Vec::new();
     let source = arguments.campaign.as_ref().or(arguments.beam.as_ref());
     let beam_file = source.map_or(Path::new(""), PathBuf::as_path);
+    given_campaign::require_springs(&campaign.beam, beam_file, "observe")?;
     let structure = structure(&campaign.beam, beam_file, &mut remarks)?;
     let rule = pole_rule(arguments)?;
     let observation =

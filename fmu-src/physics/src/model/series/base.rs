@@ -16,6 +16,7 @@ pub(super) struct BaseSeries<'a> {
     model: &'a Model,
     belt_velocity: [Real; 2],
     normal_force: [Real; 2],
+    external_force: [Real; 2],
     /// Sliding speed per modal velocity.
     row: [Real; MAX_MODES],
     /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
@@ -36,7 +37,7 @@ impl<'a> BaseSeries<'a> {
         t: Real,
         room: &'a mut Workspace,
     ) -> Self {
-        let [mut belt_velocity, normal_force] = model.given(t, model.series_unit);
+        let [mut belt_velocity, normal_force, external_force] = model.given(t, model.series_unit);
         let sign = mode.sign();
         belt_velocity.iter_mut().for_each(|v| *v *= sign);
         let scale = -sign * model.level;
@@ -44,6 +45,7 @@ impl<'a> BaseSeries<'a> {
             model,
             belt_velocity,
             normal_force,
+            external_force,
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| gain * scale),
             friction: CoefficientSeries::new(law, model.friction_slope),
@@ -99,6 +101,11 @@ impl SeriesSystem for BaseSeries<'_> {
             let rest = drive * ramp - step * (m.damping[j] * v + m.stiffness[j] * q);
             next[2 * j] = step * v;
             next[2 * j + 1] = drive * force * mu + rest;
+        }
+        if k < 2 {
+            for j in 0..m.mode_count {
+                next[2 * j + 1] += step * m.gain[j] * self.external_force[k];
+            }
         }
     }
 }

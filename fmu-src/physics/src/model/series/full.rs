@@ -24,6 +24,8 @@ pub(super) struct FullSeries<'a> {
     pub(super) room: &'a mut Workspace,
     /// Given distance of the belt, powers 0 to 2.
     distance: [Real; 3],
+    /// External force in N, powers 0 and 1.
+    external_force: [Real; 2],
     /// Given belt velocity as it enters the sliding speed.
     belt_velocity: [Real; 2],
     friction: CoefficientSeries<'a>,
@@ -50,7 +52,7 @@ impl<'a> FullSeries<'a> {
         room.motion.unit = unit;
         let sign = mode.sign();
         room.motion.sign = sign;
-        let [belt_velocity, normal_force] = model.given(t, unit);
+        let [belt_velocity, normal_force, external_force] = model.given(t, unit);
         room.motion.normal_force = normal_force;
         room.motion.given_belt_velocity = belt_velocity;
         room.motion.stuck = mode == ContactMode::Stuck;
@@ -72,6 +74,7 @@ impl<'a> FullSeries<'a> {
                 belt_velocity[0] * unit,
                 0.5 * belt_velocity[1] * unit,
             ],
+            external_force,
             belt_velocity: belt_velocity.map(|v| sign * v),
             friction: CoefficientSeries::new(law, model.friction_slope),
             first_argument: ZERO,
@@ -151,7 +154,7 @@ impl<'a> FullSeries<'a> {
     ) -> Real {
         let (model, x) = (self.model, &states[k]);
         let give = self.observe(k, x);
-        let mut tip_force = ZERO;
+        let mut tip_force = self.external_force.get(k).copied().unwrap_or(ZERO);
         for i in model.users.tip_force.iter() {
             let (e, series) = self.part(i);
             let registers = &mut self.room.registers[e.first_register..];

@@ -88,10 +88,10 @@ impl Collocated {
     pub(crate) fn take_over(run: &Simulation) -> Option<Self> {
         let (model, tolerance) = (run.model(), run.tolerance);
         let inputs = &model.inputs;
-        let steady = inputs.belt_acceleration == 0.0 && inputs.normal_force_rate == 0.0;
         let belt = inputs.belt_velocity;
         if !has_fused_products()
-            || !steady
+            || !inputs.are_steady()
+            || inputs.external_force != 0.0
             || belt == 0.0
             || tolerance < LEAST_TOLERANCE
             || !model.is_bare()

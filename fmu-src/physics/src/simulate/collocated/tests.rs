@@ -227,6 +227,16 @@ fn models_that_are_not_covered_are_left_to_the_event_loop() {
         ..inputs
     };
     assert!(!covered(law, ramp, 1e-10));
+    let pushed = Inputs {
+        external_force: 1.0,
+        ..inputs
+    };
+    assert!(!covered(law, pushed, 1e-10));
+    let pushed_more = Inputs {
+        external_force_rate: 1.0,
+        ..inputs
+    };
+    assert!(!covered(law, pushed_more, 1e-10));
     let printed = FrictionLaw::StelterAsPrinted(crate::friction::Exponential::default());
     assert!(!covered(printed, inputs, 1e-10));
 }

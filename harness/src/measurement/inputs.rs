@@ -1,0 +1,217 @@
+//! What drove a run, where it was measured along with the displacement: belt velocity, normal force, a force on the tip.
+
+use serde::Deserialize;
+
+use super::band_limited::refine;
+use super::{Run, Sampling};
+
+/// What an input does between its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Interpolation {
+    /// The signal of least bandwidth through the samples, for signals that were filtered before they were sampled.
+    BandLimited,
+    /// A straight line from sample to sample.
+    Linear,
+    /// The last sample, as a digital output holds it.
+    Held,
+}
+
+impl Interpolation {
+    /// Its name in a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::BandLimited => "band-limited",
+            Self::Linear => "linear",
+            Self::Held => "held",
+        }
+    }
+
+    /// What is taken where nothing is stated: band-limited where the record is even, else linear.
+    pub fn usual(sampling: &Sampling) -> Self {
+        if is_even(sampling) {
+            Self::BandLimited
+        } else {
+            Self::Linear
+        }
+    }
+}
+
+/// Scatter of the intervals, as a share, up to which sampling counts as even.
+const EVEN: f64 = 0.01;
+/// Points of a band-limited input for each sample; between them it is a straight line, which leaves
+/// `(pi f h/8)^2 / 3` of a sine of frequency f (Hz) sampled each h (s): 1.3 % at half the sample rate, 0.05 % at a tenth.
+const REFINEMENT: usize = 8;
+
+/// Whether a record can be interpolated band-limited.
+pub(super) fn is_even(sampling: &Sampling) -> bool {
+    sampling.gaps.is_empty() && sampling.jitter <= EVEN
+}
+
+/// One input over a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputSeries {
+    /// The column it was read from.
+    pub column: String,
+    /// Its values in SI units at the run's times.
+    pub values: Vec<f64>,
+    /// What it does between them.
+    pub interpolation: Interpolation,
+}
+
+/// The inputs of a run; those without a series are constant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct InputSignals {
+    /// Belt velocity, m/s.
+    pub belt_velocity: Option<InputSeries>,
+    /// Normal force, N.
+    pub normal_force: Option<InputSeries>,
+    /// External force on the tip, N, positive along the belt's motion.
+    pub external_force: Option<InputSeries>,
+    /// External force where it is constant, N.
+    pub constant_external_force: f64,
+}
+
+impl InputSignals {
+    /// The series with the FMU's names of the inputs.
+    pub fn series(&self) -> impl Iterator<Item = (&'static str, &InputSeries)> {
+        [
+            ("belt_velocity", &self.belt_velocity),
+            ("normal_force", &self.normal_force),
+            ("external_force", &self.external_force),
+        ]
+        .into_iter()
+        .filter_map(|(name, series)| Some((name, series.as_ref()?)))
+    }
+
+    /// The first samples of each series, at most so many.
+    pub fn beginning(&self, samples: usize) -> Self {
+        let cut = |series: &Option<InputSeries>| {
+            series.as_ref().map(|s| InputSeries {
+                values: s.values[..samples.min(s.values.len())].to_vec(),
+                ..s.clone()
+            })
+        };
+        Self {
+            belt_velocity: cut(&self.belt_velocity),
+            normal_force: cut(&self.normal_force),
+            external_force: cut(&self.external_force),
+            constant_external_force: self.constant_external_force,
+        }
+    }
+}
+
+impl Run {
+    /// Whether a constant belt and a constant load are all that drives the run.
+    pub fn is_plain(&self) -> bool {
+        self.inputs.series().next().is_none() && self.inputs.constant_external_force == 0.0
+    }
+
+    /// Whether the motion can keep itself going and forgets its start: a belt that runs evenly, and no other drive. What
+    /// is driven, or dies out, has its place in time.
+    pub fn sustains_itself(&self) -> bool {
+        self.is_plain() && self.belt_velocity != 0.0
+    }
+}
+
+/// An input as a function of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputTrack {
+    /// Times in s at which it may bend or jump, rising.
+    knots: Vec<f64>,
+    values: Vec<f64>,
+    held: bool,
+}
+
+impl InputTrack {
+    /// Of a series with samples at `time` in s; a normal force is kept from overshooting below `least`.
+    pub fn of(series: &InputSeries, time: &[f64], least: f64) -> Self {
+        let (knots, values) = match series.interpolation {
+            Interpolation::BandLimited => {
+                let values = refine(&series.values, REFINEMENT);
+                let last = time.len() - 1;
+                let step = (time[last] - time[0]) / (last * REFINEMENT) as f64;
+                let knots = (0..values.len()).map(|i| time[0] + i as f64 * step);
+                (knots.collect(), values)
+            }
+            _ => (time.to_vec(), series.values.clone()),
+        };
+        Self {
+            knots,
+            values: values.into_iter().map(|v| v.max(least)).collect(),
+            held: series.interpolation == Interpolation::Held,
+        }
+    }
+
+    /// The first knot after `t`, in s.
+    pub fn next_knot(&self, t: f64) -> Option<f64> {
+        let next = self.knots.partition_point(|knot| *knot <= t);
+        self.knots.get(next).copied()
+    }
+
+    /// Value at `t` in s and rate per s on the piece that reaches from `t` to `end`, which no knot divides. Before and
+    /// behind the record it stays as it begins and ends.
+    pub fn piece(&self, t: f64, end: f64) -> (f64, f64) {
+        let after = self.knots.partition_point(|knot| *knot <= 0.5 * (t + end));
+        let last = self.knots.len() - 1;
+        if after == 0 {
+            return (self.values[0], 0.0);
+        }
+        let before = after - 1;
+        if self.held || before == last {
+            return (self.values[before], 0.0);
+        }
+        let span = self.knots[after] - self.knots[before];
+        let rate = (self.values[after] - self.values[before]) / span;
+        (self.values[before] + rate * (t - self.knots[before]), rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track(interpolation: Interpolation) -> InputTrack {
+        let series = InputSeries {
+            column: "u".into(),
+            values: vec![1.0, 3.0, -2.0],
+            interpolation,
+        };
+        InputTrack::of(&series, &[0.0, 1.0, 2.0], f64::NEG_INFINITY)
+    }
+
+    #[test]
+    fn each_interpolation_has_its_pieces() {
+        let held = track(Interpolation::Held);
+        assert_eq!(held.piece(1.0, 2.0), (3.0, 0.0));
+        assert_eq!(held.piece(0.2, 0.9), (1.0, 0.0));
+        let linear = track(Interpolation::Linear);
+        assert_eq!(linear.piece(1.0, 2.0), (3.0, -5.0));
+        assert_eq!(linear.piece(0.25, 0.5), (1.5, 2.0));
+        for track in [held, linear] {
+            assert_eq!(track.piece(-2.0, -1.0), (1.0, 0.0));
+            assert_eq!(track.piece(2.0, 3.0), (-2.0, 0.0));
+            assert_eq!(track.next_knot(0.0), Some(1.0));
+            assert_eq!(track.next_knot(2.0), None);
+        }
+        let band_limited = track(Interpolation::BandLimited);
+        assert_eq!(band_limited.next_knot(0.0), Some(0.125));
+        assert_eq!(band_limited.piece(1.0, 1.125).0, 3.0);
+    }
+
+    #[test]
+    fn a_normal_force_does_not_overshoot_below_zero() {
+        let series = InputSeries {
+            column: "load".into(),
+            values: vec![5.0, 5.0, 0.0, 0.0, 0.0, 5.0, 5.0],
+            interpolation: Interpolation::BandLimited,
+        };
+        let time: Vec<f64> = (0..7).map(f64::from).collect();
+        let least = |least: f64| {
+            let track = InputTrack::of(&series, &time, least);
+            track.values.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        assert!(least(f64::NEG_INFINITY) < -0.1);
+        assert_eq!(least(0.0), 0.0);
+    }
+}

@@ -1,0 +1,219 @@
+//! Runs driven by inputs that were measured along with the displacement, through the commands.
+
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const MASS: f64 = 0.5;
+/// Natural frequency and the drive's in rad/s.
+const OWN: f64 = 150.0;
+const DRIVE: f64 = 95.0;
+const FORCE: f64 = 4.0;
+const INTERVAL: f64 = 4e-3;
+
+fn stickslip(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Displacement in m of `m y'' + m w^2 y = F sin(W t)` from rest.
+fn response(t: f64) -> f64 {
+    let gain = FORCE / MASS / (OWN * OWN - DRIVE * DRIVE);
+    gain * ((DRIVE * t).sin() - DRIVE / OWN * (OWN * t).sin())
+}
+
+/// A campaign of one run without a belt and without friction, its force written in mN; `keys` belong to the run.
+fn campaign(keys: &str, row: impl Fn(usize) -> Option<f64>) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut csv = String::from("time_s,tip_displacement_m,shaker [mN],load [N]\n");
+    for i in 0..700 {
+        if let Some(t) = row(i) {
+            let (y, push) = (response(t), 1e3 * FORCE * (DRIVE * t).sin());
+            let _ = writeln!(csv, "{t},{y},{push},{}", t - 0.1);
+        }
+    }
+    std::fs::write(folder.path().join("shaken.csv"), csv).unwrap();
+    let text = format!(
+        "[beam]\nnatural_frequencies_hz = [{}]\ndamping_ratios = [0.0]\nmass_kg = {MASS}\ntip_values = [1.0]\n\
+         [[run]]\nfile = \"shaken.csv\"\n{keys}",
+        OWN / std::f64::consts::TAU
+    );
+    std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
+    folder
+}
+
+const STILL: &str =
+    "belt_velocity_m_per_s = 0\nnormal_force_n = 0\nexternal_force_column = \"shaker\"\n";
+
+fn even(i: usize) -> Option<f64> {
+    Some(INTERVAL * i as f64)
+}
+
+fn nrmse(folder: &Path) -> f64 {
+    compared(folder)["nrmse"].as_f64().unwrap()
+}
+
+/// What `compare` says of the run.
+fn compared(folder: &Path) -> Value {
+    let output = stickslip(&["compare", ".", "--json"], folder);
+    assert!(output.status.success(), "{}", said(&output));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    json["runs"][0].clone()
+}
+
+// Source: closed form of the undamped oscillator under a sine, from rest; 17 samples a period of the drive.
+#[test]
+fn val_compare_follows_a_measured_force() {
+    let with = |keys: &str| nrmse(campaign(&format!("{STILL}{keys}"), even).path());
+    let band_limited = with("");
+    assert!(band_limited < 2e-3, "{band_limited}");
+    let linear = with("input_interpolation = \"linear\"\n");
+    // A straight line takes (W h)^2/12 = 1.2 % off the force.
+    assert!((0.008..0.016).contains(&linear), "{linear}");
+    let held = with("input_interpolation = \"held\"\n");
+    assert!(held > 10.0 * linear, "{held}");
+    // Without even samples there are straight lines, across the gap too.
+    let gap = |i: usize| even(i).filter(|_| !(300..303).contains(&i));
+    let uneven = compared(campaign(STILL, gap).path());
+    let remark = "external_force from column 'shaker', linear";
+    assert!(uneven["remarks"].to_string().contains(remark), "{uneven}");
+    assert!(uneven["nrmse"].as_f64().unwrap() > linear);
+}
+
+// Source: closed form w = F_0 t^2/(2 m) + r t^3/(6 m) of a free mass under F_0 + r t; with friction it breaks away at
+// mu_s F_N/r.
+#[test]
+fn val_simulate_takes_inputs_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("in.csv"),
+        "time,external_force [kN]\n0,0.002\n0.5,0.004\n1.25,0.007\n",
+    )
+    .unwrap();
+    let last = |load: &str| {
+        let mut arguments = vec!["simulate", "--input", "in.csv", "--belt-velocity", "0"];
+        arguments.extend([
+            "--normal-force",
+            load,
+            "--duration",
+            "1.25",
+            "--step",
+            "0.25",
+        ]);
+        arguments.extend(["--set", "mode_count=1", "--set", "mode[1].frequency=0"]);
+        arguments.extend(["--set", "mode[1].mass=2", "--set", "mode[1].tip_value=1"]);
+        arguments.extend(["--set", "friction.law=3", "--set", "friction.mu_s=0.5"]);
+        arguments.extend(["--set", "friction.mu_k=0.5"]);
+        arguments.extend(["--variables", "tip_displacement,last_transition_time"]);
+        let output = stickslip(&arguments, folder.path());
+        assert!(output.status.success(), "{}", said(&output));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let row = text.lines().last().unwrap();
+        let cells: Vec<f64> = row.split(',').map(|c| c.parse().unwrap()).collect();
+        (cells[1], cells[2])
+    };
+    // 2 N + 4 N/s t throughout.
+    let (t, mass): (f64, f64) = (1.25, 2.0);
+    let way = |force: f64, t: f64| (0.5 * force * t * t + 4.0 * t.powi(3) / 6.0) / mass;
+    let (free, _) = last("0");
+    assert!((free / way(2.0, t) - 1.0).abs() < 1e-10, "{free}");
+    let (held, away) = last("8");
+    assert!((away - 0.5).abs() < 1e-10, "{away}");
+    assert!((held / way(0.0, t - away) - 1.0).abs() < 1e-8, "{held}");
+}
+
+#[test]
+fn inputs_that_do_not_fit_are_refused_with_what_to_do() {
+    let message = |keys: &str, command: &str| {
+        let folder = campaign(keys, even);
+        let output = stickslip(&[command, "."], folder.path());
+        assert_eq!(output.status.code(), Some(2), "{keys}: {}", said(&output));
+        said(&output)
+    };
+    for command in ["diagnose", "try"] {
+        let folder = campaign(STILL, even);
+        let mut arguments = vec![command, "."];
+        if command == "try" {
+            arguments.extend(["--add", "cubic_stiffness"]);
+        }
+        let output = stickslip(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(2));
+        let text = said(&output);
+        let parts = [
+            "run 'shaken'",
+            "external_force from column 'shaker'",
+            command,
+            "compare",
+        ];
+        assert!(parts.iter().all(|p| text.contains(p)), "{text}");
+    }
+    let folder = campaign(STILL, even);
+    let arguments = ["observe", "shaken.csv", "--campaign", "."];
+    let text = said(&stickslip(&arguments, folder.path()));
+    assert!(
+        text.contains("external_force from column 'shaker'"),
+        "{text}"
+    );
+    let cases = [
+        ("normal_force_n = 1\n", "lacks belt_velocity_m_per_s"),
+        (
+            "belt_velocity_m_per_s = 0\nnormal_force_n = 1\nnormal_force_column = \"load\"\n",
+            "both normal_force_n and normal_force_column",
+        ),
+        (
+            "belt_velocity_m_per_s = 0\nnormal_force_column = \"load\"\n",
+            "sample 1: normal force -0.1 N is below zero",
+        ),
+        (
+            "belt_velocity_m_per_s = 0\nnormal_force_n = 1\nexternal_force_column = \"shakre\"\n",
+            "shaker",
+        ),
+        (
+            "belt_velocity_column = \"load\"\nnormal_force_n = 1\n",
+            "where a velocity is needed",
+        ),
+    ];
+    for (keys, part) in cases {
+        let text = message(keys, "compare");
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let gap = |i: usize| even(i).filter(|_| i != 300);
+    let folder = campaign(
+        &format!("{STILL}input_interpolation = \"band_limited\"\n"),
+        gap,
+    );
+    let text = said(&stickslip(&["compare", "."], folder.path()));
+    assert!(
+        text.contains("1 gaps") && text.contains("\"linear\""),
+        "{text}"
+    );
+    let folder = campaign(STILL, even);
+    let arguments = ["compare", ".", "--set", "external_force=1"];
+    let text = said(&stickslip(&arguments, folder.path()));
+    assert!(text.contains("is an input"), "{text}");
+}
+
+#[test]
+fn a_free_mass_is_compared_and_not_diagnosed() {
+    let folder = campaign(STILL, even);
+    let path = folder.path().join("campaign.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let line = text.lines().nth(1).unwrap().to_owned();
+    let free = text
+        .replace(&line, "natural_frequencies_hz = [0]")
+        .replace("external_force_column = \"shaker\"\n", "");
+    std::fs::write(&path, free).unwrap();
+    assert!(nrmse(folder.path()).is_finite());
+    let output = stickslip(&["diagnose", "."], folder.path());
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("natural_frequencies_hz[1] = 0 Hz"), "{text}");
+}
