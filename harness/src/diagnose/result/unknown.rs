@@ -11,10 +11,9 @@ use crate::diagnose::model::unknown_function::{UnknownFunction, is_unknown_funct
 use crate::diagnose::result::curve_formula::function_of;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
-use crate::diagnose::thresholds::TIE;
+use crate::diagnose::thresholds::{SEARCHED, TIE};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
 use serde::Serialize;
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 /// Effects of the library that are listed.
@@ -38,7 +37,7 @@ pub struct Unknown {
     pub memory_s: Option<f64>,
     /// Argument, value and standard deviation of the value at the nodes.
     pub curve: Vec<[f64; 3]>,
-    /// Probability among the unknown functions that were fitted.
+    /// Probability among the unknown functions that were fitted; small where none of them explains the data.
     pub probability: f64,
     /// Others that the data can't tell from it.
     pub alternatives: Vec<Alternative>,
@@ -91,15 +90,18 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
     let mut fitted: Vec<Candidate> = all
         .filter_map(|model| Candidate::new(problem, model))
         .collect();
-    // What is adequate first, by its evidence.
-    fitted.sort_by(|a, b| {
-        let order = |c: &Candidate| (!c.model.reaches_floor(), -c.log_evidence);
-        order(a).partial_cmp(&order(b)).unwrap_or(Ordering::Equal)
+    // As in the verdict: adequate ones share all, and where none is, all share the little that is left beside something else.
+    let is_any_adequate = fitted.iter().any(|c| c.model.reaches_floor());
+    fitted.retain(|c| !is_any_adequate || c.model.reaches_floor());
+    fitted.sort_by(|a, b| match is_any_adequate {
+        true => b.log_evidence.total_cmp(&a.log_evidence),
+        false => a.model.compare(b.model),
     });
     let first = fitted.first()?;
     let (best, model) = (first.function, first.model);
     let odds = |c: &Candidate| (c.log_evidence - first.log_evidence).min(0.0).exp();
-    let total: f64 = fitted.iter().map(odds).sum();
+    let known = if is_any_adequate { 1.0 } else { 1.0 - SEARCHED };
+    let total = fitted.iter().map(odds).sum::<f64>() / known;
     let alternatives = fitted[1..]
         .iter()
         .filter(|c| first.log_evidence - c.log_evidence < TIE)
@@ -110,11 +112,10 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
         })
         .collect();
     let curve = curve(best, first.estimate.as_ref()?);
-    let memory_s = best.remembers.then(|| {
-        let h = &model.fitted.hypothesis;
-        let i = h.shared_index(&format!("{}.tau", best.id));
-        i.map_or(f64::NAN, |i| estimate(h, &model.fitted.fit, i).value)
-    });
+    let h = &model.fitted.hypothesis;
+    let memory = h.shared_index(&format!("{}.tau", best.id));
+    let memory = memory.map(|i| estimate(h, &model.fitted.fit, i));
+    let memory_s = memory.as_ref().map(|m| m.value);
     let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
     let value_unit = best.value_unit();
     let shape = shape(&curve, value_unit);
@@ -122,7 +123,7 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
         let units = (value_unit, best.argument_unit);
         hysteresis(problem, best.argument, tau, &curve, units)
     });
-    let mut words = in_words(best, &shape, memory_s);
+    let mut words = in_words(best, &shape, memory.as_ref(), is_any_adequate);
     if let Some(found) = &hysteresis {
         let names = (place_in_words(best.place), argument_in_words(best.argument));
         words = format!("{words} {}", found.words(names.0, names.1));
@@ -255,17 +256,34 @@ pub fn argument_in_words(argument: &str) -> &'static str {
 }
 
 /// Where it acts, what it depends on and what shape the curve has, in words.
-fn in_words(of: &UnknownFunction, shape: &str, memory_s: Option<f64>) -> String {
+fn in_words(
+    of: &UnknownFunction,
+    shape: &str,
+    memory: Option<&Estimate>,
+    is_adequate: bool,
+) -> String {
     let argument = argument_in_words(of.argument);
-    let memory = memory_s.map_or(String::new(), |tau| {
-        format!(" of earlier times (low-passed with {tau:.2e} s)")
+    let memory = memory.map_or(String::new(), |tau| {
+        let bound = match tau.at_bound {
+            true => ", which lies on its bound",
+            false => "",
+        };
+        format!(
+            " of earlier times (low-passed with {:.2e} s{bound})",
+            tau.value
+        )
     });
     let mode = of
         .mode
         .map_or(String::new(), |mode| format!(" (of mode {mode} alone)"));
+    let place = place_in_words(of.place);
+    if !is_adequate {
+        return format!(
+            "No unknown function of one quantity explains the data to the noise either; the one that comes nearest acts on {place}{mode} and depends on {argument}{memory}."
+        );
+    }
     format!(
-        "Most likely it acts on {}{mode} and depends on {argument}{memory}; the curve {shape}.",
-        place_in_words(of.place)
+        "Most likely it acts on {place}{mode} and depends on {argument}{memory}; the curve {shape}."
     )
 }
 
