@@ -88,8 +88,14 @@ fn curve(unknown: &Unknown) -> Plot {
         .collect();
     let (bar_x, bar_y): (Vec<f64>, Vec<f64>) = bars.into_iter().unzip();
     let floor = vec![bottom; bar_x.len()];
+    let past = if unknown.memory_s.is_some() {
+        " of earlier times"
+    } else {
+        ""
+    };
+    let argument = argument_in_words(&unknown.argument).trim_start_matches("the ");
     Plot::new(
-        Axis::linear(&unknown.argument.replace('_', " "), &unknown.argument_unit)
+        Axis::linear(&format!("{argument}{past}"), &unknown.argument_unit)
             .from_to(x[0], x[x.len() - 1]),
         value_axis(unknown).from_to(bottom, top + 0.05 * span),
     )

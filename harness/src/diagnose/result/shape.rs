@@ -15,6 +15,14 @@ const SYMMETRIC: f64 = 0.9;
 /// Share of the range that must lie on the shorter side of zero for a symmetry to be looked for.
 const SIDE: f64 = 0.25;
 
+/// How the words for a curve without a certain change begin.
+const NO_CHANGE: &str = "is flat within its uncertainty";
+
+/// Whether words of [`shape`] say that nothing of a curve is certain to change.
+pub fn is_flat(shape: &str) -> bool {
+    shape.starts_with(NO_CHANGE)
+}
+
 /// The shape of a curve given as argument, value and standard deviation, with the unit of its values, as the end of a sentence that
 /// begins with "the curve".
 pub fn shape(curve: &[[f64; 3]], unit: &str) -> String {
@@ -91,7 +99,7 @@ fn constant(curve: &[[f64; 3]], unit: &str) -> Option<String> {
     // The nodes' errors go together, so that their mean is no better than one of them.
     let std = curve.iter().map(|c| c[2]).sum::<f64>() / count;
     Some(format!(
-        "is flat within its uncertainty: {} +- {} (95 %)",
+        "{NO_CHANGE}: {} +- {} (95 %)",
         with_unit(mean, unit),
         with_unit(half_width(std), unit)
     ))

@@ -1,7 +1,7 @@
 //! What is said of physics that nobody wrote a term for: where it acts, what it depends on, and the curve.
 
 use super::hysteresis::{Loop, hysteresis};
-use super::shape::shape;
+use super::shape::{is_flat, shape};
 use crate::diagnose::explanation::argument::course;
 use crate::diagnose::explanation::curve_estimate::{CurveEstimate, curve_estimate};
 use crate::diagnose::explanation::library_term::proposal;
@@ -282,9 +282,15 @@ fn in_words(
             "No unknown function of one quantity explains the data to the noise either; the one that comes nearest acts on {place}{mode} and depends on {argument}{memory}."
         );
     }
-    format!(
-        "Most likely it acts on {place}{mode} and depends on {argument}{memory}; the curve {shape}."
-    )
+    match is_flat(shape) {
+        false => format!(
+            "Most likely it acts on {place}{mode} and depends on {argument}{memory}; the curve {shape}."
+        ),
+        // The best of those that explain nothing is no lead.
+        true => format!(
+            "No unknown function tells where it acts: the nearest of those fitted acts on {place}{mode} and depends on {argument}{memory}, and its curve {shape}."
+        ),
+    }
 }
 
 /// Which share of the samples of the runs fitted lies in each of [`INTERVALS`] equal intervals over the curve: from, to, share.
@@ -313,4 +319,28 @@ fn samples(
         [from, from + width, *n as f64 / values.len().max(1) as f64]
     };
     counts.iter().enumerate().map(share).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::model::unknown_function::unknown_functions;
+    use crate::measurement::Campaign;
+    use std::path::Path;
+
+    #[test]
+    fn a_flat_curve_is_no_lead() {
+        let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
+        let campaign = Campaign::load(&demo).unwrap();
+        let functions = unknown_functions(&campaign, 80.0);
+        let of = |curve: [[f64; 3]; 3]| in_words(&functions[0], &shape(&curve, "1"), None, true);
+        let flat = of([[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]]);
+        assert!(
+            flat.starts_with("No unknown function tells where"),
+            "{flat}"
+        );
+        let steep = of([[0.0, 0.0, 0.02], [1.0, 0.2, 0.02], [2.0, 0.4, 0.02]]);
+        assert!(steep.starts_with("Most likely it acts on the coefficient of friction"));
+        assert!(steep.contains("the curve rises from"), "{steep}");
+    }
 }
