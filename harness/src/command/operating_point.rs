@@ -72,18 +72,22 @@ impl OperatingPoint {
     pub fn starting_at(mut self, fmu: &Fmu, displacement: f64, velocity: f64) -> OperatingPoint {
         let modes = self.value(fmu, "mode_count").unwrap_or(0.0) as usize;
         let part = |j: usize, part: &str| self.value(fmu, &format!("mode[{j}].{part}"));
-        let slides = (1..=modes).any(|j| part(j, "frequency") == Some(0.0));
-        let shape = (1..=modes).map(|j| {
+        let known = (1..=modes).map(|j| {
             let (tip, frequency) = (part(j, "tip_value")?, part(j, "frequency")?);
-            let mobility = tip / part(j, "mass")?;
+            Some((tip, frequency, tip / part(j, "mass")?))
+        });
+        // The first mode that the FMU lacks ends the list.
+        let known: Vec<(f64, f64, f64)> = known.collect::<Option<_>>().unwrap_or_default();
+        let slides = known.iter().any(|(_, frequency, _)| *frequency == 0.0);
+        let bent = |&(tip, frequency, mobility): &(f64, f64, f64)| {
             let bend = match (slides, frequency == 0.0) {
                 (true, true) => mobility,
                 (true, false) => 0.0,
                 (false, _) => mobility / (frequency * frequency),
             };
-            Some((tip, bend))
-        });
-        let shape: Vec<(f64, f64)> = shape.collect::<Option<_>>().unwrap_or_default();
+            (tip, bend)
+        };
+        let shape: Vec<(f64, f64)> = known.iter().map(bent).collect();
         let flexibility: f64 = shape.iter().map(|(tip, bend)| tip * bend).sum();
         for (j, (_, bend)) in shape.into_iter().enumerate() {
             let share = bend / flexibility;

@@ -28,12 +28,11 @@ pub struct Arguments {
     /// Output interval, which is also the communication step, in s
     #[arg(long, value_name = "S", default_value_t = 1e-4)]
     step: f64,
-    /// CSV with a column `time` in s and one for each input that varies, under the FMU's name (belt_velocity, normal_force,
-    /// external_force)
+    /// CSV with a column `time` in s and one for each input that varies, under the FMU's name, as external_force
     #[arg(long, value_name = "CSV")]
     input: Option<PathBuf>,
-    /// What inputs do between their samples [default: band-limited where these are even, else linear]
-    #[arg(long, value_enum, requires = "input")]
+    /// What inputs do between their samples: band-limited, linear or held [default: band-limited where these are even, else linear]
+    #[arg(long, value_enum, requires = "input", hide_possible_values = true)]
     input_interpolation: Option<Interpolation>,
     /// Variables to write, separated by commas [default: every output]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

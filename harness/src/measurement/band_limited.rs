@@ -115,6 +115,7 @@ mod tests {
             assert!((value - truth).abs() < 1e-4, "{i}: {value} {truth}");
         }
         assert_eq!(fine[4 * 7], samples[7]);
-        assert_eq!(refine(&[2.0, 2.0], 8), [2.0; 9]);
+        let constant = refine(&[2.0, 2.0], 8);
+        assert!(constant.len() == 9 && constant.iter().all(|v| (v - 2.0).abs() < 1e-14));
     }
 }
