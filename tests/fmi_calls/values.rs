@@ -206,7 +206,7 @@ fn setting_several_is_all_or_nothing() {
 fn impossible_parameters_stop_the_initialisation_until_they_are_corrected() {
     for (name, bad, good) in [
         ("mode[1].mass", 0.0, 0.427),
-        ("mode[2].frequency", 0.0, 510.0),
+        ("mode[2].mass", 0.0, 0.427),
         ("friction.v1", 0.0, 0.02),
         ("friction.a1", 1.5, 0.5),
         ("presliding_compliance.bristle_stiffness", -1.0, 0.0),
