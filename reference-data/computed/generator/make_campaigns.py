@@ -8,7 +8,8 @@ the display adds white noise. A strength of the hidden effect is kept only if sw
 
 KIND is one of
     single, pair, none   one, two or no effects of the catalogue
-    outside              one that the catalogue does not have; with --new-physics one of simulate.NEW_PHYSICS
+    outside              one that the catalogue does not have; with --new-physics one of simulate.NEW_PHYSICS, with
+                         --further-physics one of simulate.FURTHER_PHYSICS
     mixed                single, pair, none and outside at random
     one-load             as single, or none in one of five campaigns; all runs at one operating point
     misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
@@ -30,7 +31,8 @@ from pathlib import Path
 
 import numpy as np
 
-from simulate import EFFECTS, EXTRA, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start
+from simulate import (
+    EFFECTS, EXTRA, FURTHER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start)
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
@@ -125,7 +127,20 @@ def draw_effect(rng, name, f1):
         "outside:hysteresis": lambda: jenkins(TIP_STIFFNESS * lu(0.01, 0.1), lu(1e-4, 6e-4)),
         "outside:quadratic_sensor": lambda: {"curvature": sign(rng) * lu(3.0, 30.0)},
         "outside:cubic_sensor": lambda: {"curvature": sign(rng) * lu(3e3, 3e4)},
+        "outside:sensor_saturation": lambda: {"level": lu(4e-3, 3e-2)},
+        "outside:sensor_drift": lambda: {"change": sign(rng) * lu(3e-6, 1e-4), "time_constant": lu(0.1, 0.6)},
+        "outside:magnet": lambda: magnet(TIP_STIFFNESS * lu(0.003, 0.05), lu(6e-3, 1.2e-2)),
+        "outside:belt_slowing": lambda: {"change": sign(rng) * lu(0.01, 0.1), "time_constant": lu(0.1, 0.6)},
+        "outside:friction_by_deflection": lambda: {"change": sign(rng) * lu(0.02, 0.15), "deflection_scale": lu(3e-4, 1.5e-3)},
+        "outside:speed_memory": lambda: {"gain": sign(rng) * lu(0.1, 1.0), "time_constant": lu(0.005, 0.1)},
+        "outside:frequency_by_amplitude": lambda: {"change": sign(rng) * lu(0.003, 0.03), "time_constant": lu(0.01, 0.2)},
+        "outside:absorber": lambda: {"mass": lu(5e-4, 5e-3), "frequency": lu(100, 400), "damping_ratio": lu(0.01, 0.1)},
     }[name]()
+
+
+def magnet(stiffness, distance):
+    """A magnet at a distance (m) that takes so much (N/m) of the tip's stiffness at w = 0."""
+    return {"strength": 0.5 * stiffness * distance**3, "distance": distance}
 
 
 def draw_weak_effect(rng, name, f1):
@@ -355,9 +370,9 @@ def write_campaign(folder, name, truth, records, rng):
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def choose(rng, kind, count, effect=None, new_physics=False):
+def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE)):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
-    catalogue, outside = list(STRENGTH if kind == "weak" else EFFECTS), list(NEW_PHYSICS if new_physics else OUTSIDE)
+    catalogue = list(STRENGTH if kind == "weak" else EFFECTS)
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
     singles, outsides = cycle(catalogue), cycle(outside)
 
@@ -388,6 +403,8 @@ def kind_of(kind, names):
         return kind
     if any(name in NEW_PHYSICS for name in names):
         return "outside-new-physics"
+    if any(name in FURTHER_PHYSICS for name in names):
+        return "outside-further-physics"
     if any(name in OUTSIDE for name in names):
         return "outside"
     return ["none", "single", "pair"][len(names)]
@@ -401,6 +418,7 @@ def parser():
     p.add_argument("--kind", choices=["single", "none", "pair", "outside", "mixed", "misstated", "one-load", "weak"], default="mixed")
     p.add_argument("--effect", choices=list(PLACES), help="hide this effect (with a kind that hides any)")
     p.add_argument("--new-physics", action="store_true", help="effects outside the catalogue are those that nothing in the project mirrors")
+    p.add_argument("--further-physics", action="store_true", help="the same, of the kinds that were written when the diagnosis was finished")
     p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
@@ -414,8 +432,10 @@ def parser():
 def parse(argv=None):
     p = parser()
     args = p.parse_args(argv)
-    if args.new_physics and args.kind not in ("outside", "mixed"):
-        p.error("--new-physics goes with --kind outside or mixed")
+    if (args.new_physics or args.further_physics) and args.kind not in ("outside", "mixed"):
+        p.error("--new-physics and --further-physics go with --kind outside or mixed")
+    if args.new_physics and args.further_physics:
+        p.error("--new-physics and --further-physics exclude each other")
     if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
         p.error(f"{args.effect} has no amplitude for --kind weak")
     return args
@@ -425,7 +445,8 @@ def main(argv=None):
     args = parse(argv)
     rng = np.random.default_rng(args.seed)
     answers = []
-    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, args.new_physics), 1):
+    outside = NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics else OUTSIDE
+    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside)), 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"

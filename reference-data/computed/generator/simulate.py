@@ -20,6 +20,17 @@ New physics (of no kind that the catalogue or the diagnosis's own terms know)
     outside:quadratic_sensor    measured = w + c w^2; curvature c (1/m)
     outside:cubic_sensor        measured = w + c w^3; curvature c (1/m^2)
 
+Physics that was written when the diagnosis was finished (FURTHER_PHYSICS)
+    outside:sensor_saturation       measured = L tanh(w/L); level L (m)
+    outside:sensor_drift            measured = w + a (1 - exp(-t/tau)); change a (m), time_constant tau (s)
+    outside:magnet                  tip force C/(d - w)^2 - C/d^2; strength C (N m^2), distance d (m)
+    outside:belt_slowing            v_0 -> v_0 [1 + a (1 - exp(-t/tau))]; change a (1), time_constant tau (s)
+    outside:friction_by_deflection  mu -> mu [1 + a tanh(w/w_0)]; change a (1), deflection_scale w_0 (m)
+    outside:speed_memory            mu -> mu (1 + a x), tau x' = |v_r| - x; gain a (s/m), time_constant tau (s); x = 0 at first
+    outside:frequency_by_amplitude  f_1 -> f_1 (1 + a x/mm), tau x' = |w| - x; change a (1), time_constant tau (s); x = 0 at first
+    outside:absorber                a mass M on the tip by k = M (2 pi f)^2 and c = 4 pi D f M; mass M (kg), frequency f (Hz),
+                                    damping_ratio D (1); at rest on the tip at first
+
 Symbols: q_j modal coordinate (m), D_j damping ratio, w_j = 2 pi f_j, m modal mass (kg), phi_j(1) = +2, -2, +2, ...,
 F_N normal force (N), v1 Stribeck velocity (m/s), c2 (s/m), mu_0 static friction coefficient (v_r -> 0).
 
@@ -93,13 +104,22 @@ def beam_integrals(n):
     O_HEAT_K, O_HEAT_C, O_HEAT_TAU,  # outside:frictional_heating, 1/K, J/K, s
     O_HYST_K, O_HYST_F,  # outside:hysteresis, N/m, N
     O_CURVE2, O_CURVE3,  # outside:quadratic_sensor, 1/m; outside:cubic_sensor, 1/m^2
+    F_SAT,  # outside:sensor_saturation, m
+    F_ZERO_A, F_ZERO_TAU,  # outside:sensor_drift, m, s
+    F_MAG_C, F_MAG_D,  # outside:magnet, N m^2, m
+    F_BELT_A, F_BELT_TAU,  # outside:belt_slowing, 1, s
+    F_FW_A, F_FW_W,  # outside:friction_by_deflection, 1, m
+    F_MEM_A, F_MEM_TAU,  # outside:speed_memory, s/m, s
+    F_AMP_A, F_AMP_TAU,  # outside:frequency_by_amplitude, 1 (for 1 mm), s
+    F_ABS_M, F_ABS_F, F_ABS_D,  # outside:absorber, kg, Hz, 1
     SIZE,
-) = range(66)
+) = range(82)
 
 # Places in the state vector after q_1..q_n, q_1'..q_n'
 S, U, Z, X, XD, Y, R = range(7)  # belt travel, lagged speed, bristle, belt-drive displacement and velocity, sensor, slip memory
 A, T, H = range(7, 10)  # contact's age theta v_0/L - 1 (1), its temperature (K), hysteretic force (N)
-EXTRA = 10
+M, P, PV = range(10, 13)  # low-passed speed (m/s) or deflection (m), absorber's place over the tip (m) and velocity (m/s)
+EXTRA = 13
 AGE_BOUNDS = 0.5, 1.5  # of the factor of outside:ageing_law, 1
 STICK = 0
 
@@ -126,8 +146,19 @@ def _profile(s, p, nodes):
 
 
 @njit(cache=True)
-def _drifted(t, p):
-    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2."""
+def _slowed(t, p):
+    """Belt speed over the one at first (1), and its rate (1/s)."""
+    if p[F_BELT_A] == 0.0 or t < 0.0:
+        return 1.0, 0.0
+    left = math.exp(-t / p[F_BELT_TAU])
+    return 1.0 + p[F_BELT_A] * (1.0 - left), p[F_BELT_A] * left / p[F_BELT_TAU]
+
+
+@njit(cache=True)
+def _drifted(t, p, x):
+    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2, or that of the low-passed deflection x (m)."""
+    if p[F_AMP_A] != 0.0:
+        return (1.0 + p[F_AMP_A] * x / 1e-3) ** 2
     if p[O_FREQ_A] == 0.0 or t <= 0.0:
         return 1.0
     return (1.0 + p[O_FREQ_A] * (1.0 - math.exp(-t / p[O_FREQ_TAU]))) ** 2
@@ -168,18 +199,23 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         factor *= _aged(y[e + A], p)
     if p[O_HEAT_C] != 0.0:
         factor /= 1.0 + p[O_HEAT_K] * y[e + T]
-    belt = p[V0]
-    belt_rate = 0.0
+    if p[F_FW_A] != 0.0:
+        factor *= 1.0 + p[F_FW_A] * math.tanh(w / p[F_FW_W])
+    if p[F_MEM_A] != 0.0:
+        factor *= 1.0 + p[F_MEM_A] * y[e + M]
+    slowed, rate = _slowed(t, p)
+    belt = p[V0] * slowed
+    belt_rate = p[V0] * rate
     if p[O_RIP_A] != 0.0:
         arg = 2.0 * math.pi * p[O_RIP_F] * t + p[O_RIP_P]
         belt += p[V0] * p[O_RIP_A] * math.cos(arg)
-        belt_rate = -p[V0] * p[O_RIP_A] * 2.0 * math.pi * p[O_RIP_F] * math.sin(arg)
+        belt_rate -= p[V0] * p[O_RIP_A] * 2.0 * math.pi * p[O_RIP_F] * math.sin(arg)
     belt += y[e + XD]
     shake = 0.0
     if p[BASE_A] != 0.0:
         shake = p[BASE_A] * math.cos(2.0 * math.pi * p[BASE_F] * t + p[BASE_P])
     free = 0.0
-    stiffening = _drifted(t, p)
+    stiffening = _drifted(t, p, y[e + M])
     for j in range(n):
         a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
         for i in range(n):
@@ -194,6 +230,11 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         other -= p[O_PAR_K] * math.cos(2.0 * math.pi * p[O_PAR_F] * t + p[O_PAR_P]) * w
     if p[O_HYST_K] != 0.0:
         other -= min(max(y[e + H], -p[O_HYST_F]), p[O_HYST_F])
+    if p[F_MAG_C] != 0.0:
+        other += p[F_MAG_C] / (p[F_MAG_D] - w) ** 2 - p[F_MAG_C] / p[F_MAG_D] ** 2
+    if p[F_ABS_M] != 0.0:
+        omega = 2.0 * math.pi * p[F_ABS_F]
+        other += p[F_ABS_M] * omega * (omega * y[e + P] + 2.0 * p[F_ABS_D] * (y[e + PV] - wd))
     return w, wd, normal, factor, belt, belt_rate, free, other, shake
 
 
@@ -254,7 +295,7 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         else:
             force = -mode * mu * normal
     tip = (force + other) / mass
-    stiffening = _drifted(t, p)
+    stiffening = _drifted(t, p, y[e + M])
     for j in range(n):
         a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
         for i in range(n):
@@ -277,6 +318,17 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     dy[e + H] = 0.0
     if p[O_HYST_K] != 0.0 and (abs(y[e + H]) < p[O_HYST_F] or y[e + H] * wd < 0.0):
         dy[e + H] = p[O_HYST_K] * wd
+    dy[e + M] = 0.0
+    if p[F_MEM_A] != 0.0:
+        dy[e + M] = (abs(vr) - y[e + M]) / p[F_MEM_TAU]
+    elif p[F_AMP_A] != 0.0:
+        dy[e + M] = (abs(w) - y[e + M]) / p[F_AMP_TAU]
+    dy[e + P] = 0.0
+    dy[e + PV] = 0.0
+    if p[F_ABS_M] != 0.0:
+        omega = 2.0 * math.pi * p[F_ABS_F]
+        dy[e + P] = y[e + PV] - wd
+        dy[e + PV] = -omega * (omega * y[e + P] + 2.0 * p[F_ABS_D] * (y[e + PV] - wd))
     return force
 
 
@@ -304,7 +356,7 @@ def _relative_velocity(t, y, n, phi, p):
     v = 0.0
     for j in range(n):
         v += phi[j] * y[n + j]
-    belt = p[V0]
+    belt = p[V0] * _slowed(t, p)[0]
     if p[O_RIP_A] != 0.0:
         belt += p[V0] * p[O_RIP_A] * math.cos(2.0 * math.pi * p[O_RIP_F] * t + p[O_RIP_P])
     return v - (belt + y[2 * n + XD])
@@ -493,7 +545,17 @@ NEW_PHYSICS = {
     "outside:quadratic_sensor": {"curvature": O_CURVE2},
     "outside:cubic_sensor": {"curvature": O_CURVE3},
 }
-PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS}
+FURTHER_PHYSICS = {
+    "outside:sensor_saturation": {"level": F_SAT},
+    "outside:sensor_drift": {"change": F_ZERO_A, "time_constant": F_ZERO_TAU},
+    "outside:magnet": {"strength": F_MAG_C, "distance": F_MAG_D},
+    "outside:belt_slowing": {"change": F_BELT_A, "time_constant": F_BELT_TAU},
+    "outside:friction_by_deflection": {"change": F_FW_A, "deflection_scale": F_FW_W},
+    "outside:speed_memory": {"gain": F_MEM_A, "time_constant": F_MEM_TAU},
+    "outside:frequency_by_amplitude": {"change": F_AMP_A, "time_constant": F_AMP_TAU},
+    "outside:absorber": {"mass": F_ABS_M, "frequency": F_ABS_F, "damping_ratio": F_ABS_D},
+}
+PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS}
 
 
 @dataclass
@@ -564,7 +626,7 @@ class Rig:
                     p=p, nodes=nodes, draws=draws)
 
 
-NEW_STATES = {"contact_age": A, "contact_temperature": T, "hysteretic_force": H}
+NEW_STATES = {"contact_age": A, "contact_temperature": T, "hysteretic_force": H, "low_passed": M, "absorber": P, "absorber_velocity": PV}
 
 
 @dataclass
@@ -607,6 +669,7 @@ class Record:
     events: np.ndarray  # columns: time (s), mode left
     lagging_sensor: bool
     curve: tuple  # curvatures of the sensor, 1/m and 1/m^2
+    sensor: tuple = (0.0, 0.0, 1.0)  # level at which it saturates, m; its drift in the end, m, and time constant, s
 
     @property
     def w(self):
@@ -618,8 +681,13 @@ class Record:
 
     @property
     def measured(self):
-        """What a perfect display shows: tip displacement (m) after the sensor's low-pass and curve, before noise and offset."""
+        """What a perfect display shows: tip displacement (m) after the sensor's low-pass, curve and drift, before noise and offset."""
         x = self.y[:, 2 * self.n + Y] if self.lagging_sensor else self.w
+        level, change, tau = self.sensor
+        if level != 0.0:
+            x = level * np.tanh(x / level)
+        if change != 0.0:
+            x = x + change * (1 - np.exp(-np.maximum(self.t, 0.0) / tau))
         return x + self.curve[0] * x**2 + self.curve[1] * x**3
 
     def state(self, i):
@@ -655,4 +723,4 @@ def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1
         events, max_events)
     return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, mode, since, numbers,
                   events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0,
-                  (b["p"][O_CURVE2], b["p"][O_CURVE3]))
+                  (b["p"][O_CURVE2], b["p"][O_CURVE3]), tuple(b["p"][[F_SAT, F_ZERO_A, F_ZERO_TAU]]))

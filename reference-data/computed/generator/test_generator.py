@@ -17,7 +17,7 @@ from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign,
                             main, parse, parser, replay, smooth_profile)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
-from simulate import EFFECTS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
+from simulate import EFFECTS, FURTHER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
 
 DEMO = FOLDER.parents[1] / "demo"
 
@@ -42,11 +42,11 @@ def test_transitions_agree_with_three_other_integrators(case):
 
 
 def every_slip_effect():
-    """All effects with a meaning in steady slip, switched on together."""
+    """All effects with a meaning in steady slip, switched on together; those of FURTHER_PHYSICS have closed forms of their own."""
     rng = np.random.default_rng(7)
     rig = draw_beam(rng)
-    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES
-                   if k not in ("presliding_compliance", "static_friction_aging", "outside:rate_and_state")}
+    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in FURTHER_PHYSICS
+                   and k not in ("presliding_compliance", "static_friction_aging", "outside:rate_and_state")}
     for k in rig.effects:
         if "phase" in PLACES[k]:
             rig.effects[k]["phase"] = float(rng.uniform(0, 2 * np.pi))
@@ -313,6 +313,75 @@ def test_curved_sensor_shows_the_harmonics_of_a_cosine(effect, harmonics):
     assert np.allclose([spectrum[0] / 2, *spectrum[[8, 16, 24]]], harmonics(c, x), atol=1e-10)
 
 
+# ------------------------------------------------------------------------------------------------- further physics
+def free(rig, q, duration=0.1):
+    """Slip at a belt so fast that nothing depends on the tip's velocity."""
+    n = rig.modes()
+    return simulate(rig, 0.0, 1000.0, start(rig, [q] + [0.0] * (n - 1), [0.0] * n, belt_velocity=1000.0), duration=duration)
+
+
+def test_a_sensor_saturates_and_drifts():
+    saturated = free(Rig(effects={"outside:sensor_saturation": {"level": 2e-3}}), 1e-3)
+    assert np.allclose(saturated.measured, 2e-3 * np.tanh(saturated.w / 2e-3), atol=1e-15)
+    drifting = free(Rig(effects={"outside:sensor_drift": {"change": 3e-5, "time_constant": 0.2}}), 1e-3)
+    assert np.allclose(drifting.measured - drifting.w, 3e-5 * (1 - np.exp(-drifting.t / 0.2)), atol=1e-15)
+
+
+def test_in_stick_the_tip_goes_with_the_slowing_belt():
+    rig = Rig(effects={"outside:belt_slowing": {"change": -0.3, "time_constant": 0.01}})
+    record = simulate(rig, 100.0, 0.02, start(rig, [0.0, 0.0], [0.01, 0.0], mode=0), duration=0.02)
+    assert len(record.events) == 0
+    assert np.abs(record.wd - 0.02 * (1 - 0.3 * (1 - np.exp(-record.t / 0.01)))).max() < 1e-10
+
+
+def test_a_magnet_softens_small_vibrations():
+    """w_1'^2 = w_1^2 - phi_1^2/m 2 C/d^3."""
+    c, d = 2e-4, 8e-3
+    rig = Rig(frequencies=[80.0], damping=[0.0], tip=[2.0], effects={"outside:magnet": {"strength": c, "distance": d}})
+    record = free(rig, 1e-7)
+    omega = math.sqrt((160 * math.pi) ** 2 - 4 / rig.mass * 2 * c / d**3)
+    assert np.allclose(record.w, 2e-7 * np.cos(omega * record.t), atol=1e-11)
+
+
+def test_friction_follows_deflection_and_the_speed_of_earlier_times():
+    constant = {"a1": 0.0, "a2": 0.0}
+    state = start(Rig(), [0.0, 0.0], [0.0, 0.0], belt_velocity=1000.0)
+    rig = Rig(**constant, effects={"outside:friction_by_deflection": {"change": 0.1, "deflection_scale": 5e-4}})
+    record = simulate(rig, 60.0, 1000.0, state, duration=0.05)
+    assert np.allclose(record.force, 0.66 * 60 * (1 + 0.1 * np.tanh(record.w / 5e-4)), rtol=1e-12)
+    rig = Rig(**constant, effects={"outside:speed_memory": {"gain": 1e-4, "time_constant": 0.02}})
+    record = simulate(rig, 60.0, 1000.0, state, duration=0.05)
+    assert np.allclose(record.force, 0.66 * 60 * (1 + 0.1 * (1 - np.exp(-record.t / 0.02))), rtol=1e-4)
+
+
+def test_a_frequency_follows_the_low_passed_deflection():
+    """q'' = -[w_1 (1 + a x/mm)]^2 q, tau x' = |2 q| - x, by an adaptive method of order eight."""
+    a, tau = 0.03, 0.02
+    rig = Rig(frequencies=[80.0], damping=[0.0], tip=[2.0],
+              effects={"outside:frequency_by_amplitude": {"change": a, "time_constant": tau}})
+    record = free(rig, 1e-3)
+    rhs = lambda t, y: [y[1], -((160 * math.pi * (1 + a * y[2] / 1e-3)) ** 2) * y[0], (abs(2 * y[0]) - y[2]) / tau]
+    exact = solve_ivp(rhs, (0, 0.1), [1e-3, 0, 0], method="DOP853", rtol=1e-10, atol=1e-13, t_eval=record.t[:-1], max_step=1e-4)
+    assert np.abs(record.y[:-1, 0] - exact.y[0]).max() < 1e-9
+
+
+def test_an_absorber_is_one_more_mass_on_a_spring():
+    """Linear: y' = A y for (q, P, q', P'), by the matrix exponential."""
+    m, f, zeta = 3e-3, 150.0, 0.05
+    rig = Rig(frequencies=[80.0], damping=[0.0], tip=[2.0],
+              effects={"outside:absorber": {"mass": m, "frequency": f, "damping_ratio": zeta}})
+    record = free(rig, 1e-3)
+    om, oa = 160 * math.pi, 2 * math.pi * f
+    k, c = m * oa**2 * 2 / rig.mass, 2 * zeta * m * oa * 2 / rig.mass
+    # P is the absorber's place over the tip, PV its own velocity.
+    a = np.array([[0, 0, 1, 0], [0, 0, -2, 1], [-om**2, k, -2 * c, c], [0, -oa**2, 4 * zeta * oa, -2 * zeta * oa]])
+    y, step, exact = np.array([1e-3, 0, 0, 0]), expm(a * 1e-4), []
+    for _ in record.t:
+        exact.append(2 * y[0])
+        y = step @ y
+    assert np.abs(record.w - exact).max() < 1e-9
+
+
 # ---------------------------------------------------------------------------------------------- limits and balances
 OFF = {  # parameters that switch an effect off while it is present
     "belt_periodic_friction": {"amplitude": 0.0, "wavelength": 0.02, "phase": 1.0},
@@ -488,7 +557,7 @@ def test_the_kind_of_each_campaign_is_told():
     rng = np.random.default_rng(3)
     for kind in ("single", "none", "pair", "outside", "misstated", "one-load", "weak"):
         assert {kind_of(kind, names) for names in choose(rng, kind, 30)} == {kind}
-    assert {kind_of("outside", names) for names in choose(rng, "outside", 30, new_physics=True)} == {"outside-new-physics"}
+    assert {kind_of("outside", names) for names in choose(rng, "outside", 30, outside=list(NEW_PHYSICS))} == {"outside-new-physics"}
     hidden = {"none": [], "single": ["sensor_lag"], "pair": ["sensor_lag", "axial_load"], "outside": [next(iter(OUTSIDE))]}
     assert {kind: kind_of("mixed", names) for kind, names in hidden.items()} == {kind: kind for kind in hidden}
 
@@ -496,7 +565,8 @@ def test_the_kind_of_each_campaign_is_told():
 def test_kinds_choose_from_their_lists():
     some = lambda kind, **options: choose(np.random.default_rng(1), kind, 30, **options)
     assert {name for (name,) in some("outside")} == set(OUTSIDE)
-    assert {name for (name,) in some("outside", new_physics=True)} == set(NEW_PHYSICS)
+    assert {name for (name,) in some("outside", outside=list(NEW_PHYSICS))} == set(NEW_PHYSICS)
+    assert {name for (name,) in some("outside", outside=list(FURTHER_PHYSICS))} == set(FURTHER_PHYSICS)
     assert {name for (name,) in some("weak")} == set(STRENGTH)
     for kind in ("misstated", "one-load"):
         chosen = some(kind)
