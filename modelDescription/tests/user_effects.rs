@@ -248,14 +248,14 @@ expression = "1 - k*heat + table(v_abs, g)"
 
 [[parameter]]
 name = "k"
-unit = "1/K"
+unit = "1/J"
 min = -1
 max = 1
 typical = 0.01
 
 [[state]]
 name = "heat"
-unit = "K"
+unit = "J"
 nominal = 5.0
 rate = "abs(F*v_r) - heat/0.1"
 
@@ -295,6 +295,18 @@ fn states_and_tables_that_cannot_be_are_refused_with_line_and_remedy() {
     for (from, to, line, part) in [
         ("nominal = 5.0", "nominal = 0.0", 16, "it must be positive"),
         ("heat/0.1", "cold/0.1", 4, "unknown name 'cold'"),
+        (
+            "unit = \"J\"",
+            "unit = \"K\"",
+            4,
+            "expression: the two sides of '+' are in kg^-1.m^-2.s^2.K and in a plain number",
+        ),
+        (
+            "- heat/0.1",
+            "- w",
+            4,
+            "rate of state 'heat': the two sides of '-' are in kg.m^2.s^-3 and in m",
+        ),
         (
             "at = [0.0, 0.1, 0.3]",
             "at = [0.0, 0.3, 0.1]",

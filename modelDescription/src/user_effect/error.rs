@@ -87,6 +87,16 @@ pub enum UserEffectError {
         /// What is wrong with it.
         problem: String,
     },
+    /// Units that do not fit together.
+    #[error("{key}: {problem}; correct the formula or the units")]
+    Units {
+        /// Line of the formula, counted from 1.
+        line: usize,
+        /// Whose formula it is.
+        key: String,
+        /// What does not fit.
+        problem: String,
+    },
     /// The formula does something although the effect is off.
     #[error(
         "with all amplitudes 0 the expression gives {value} instead of {neutral}, so the effect would never be off; \
@@ -130,6 +140,7 @@ impl UserEffectError {
             | Self::Parameters { line, .. }
             | Self::NoAmplitude { line }
             | Self::Expression { line, .. }
+            | Self::Units { line, .. }
             | Self::NeverOff { line, .. } => Some(*line),
             Self::Twice { .. } | Self::TooMany { .. } => None,
         }

@@ -173,6 +173,7 @@ impl UserCard {
             text: text.to_owned(),
         };
         card.check_formula(formula_line)?;
+        card.check_units(formula_line)?;
         Ok(card)
     }
 }

@@ -46,13 +46,15 @@
 //! typical = 0.05
 //! ```
 
+mod dimension;
 mod error;
 mod file;
 
+use dimension::{Dimension, Named};
 pub use error::UserEffectError;
 
 use beam_physics::effects::user_expression::{
-    TRAVEL, Target, UserEffect, UserParameter, UserState, UserTable,
+    QUANTITIES, RATE_QUANTITIES, TRAVEL, Target, UserEffect, UserParameter, UserState, UserTable,
 };
 use beam_physics::effects::{ContactForce, Effect, Motion, Role};
 use beam_physics::error::PhysicsError;
@@ -169,6 +171,66 @@ impl UserCard {
         Ok(())
     }
 
+    /// Checks that the units of all formulas fit together.
+    fn check_units(&self, line: usize) -> Result<(), UserEffectError> {
+        let of_states = self
+            .states
+            .iter()
+            .map(|s| (s.state.name.as_str(), Dimension::of(&s.state.unit)));
+        let parameters = self
+            .parameters
+            .iter()
+            .map(|p| (p.name.as_str(), Dimension::of(&p.unit)));
+        let quantities = QUANTITIES
+            .iter()
+            .zip(UNITS)
+            .map(|(q, u)| (q.0, Dimension::of(u)));
+        let in_rates = RATE_QUANTITIES.iter().zip(RATE_UNITS);
+        let in_rates = in_rates.map(|(q, u)| (q.0, Dimension::of(u)));
+        let names: Vec<Named> = quantities
+            .chain(in_rates)
+            .chain(of_states)
+            .chain(parameters)
+            .collect();
+        let of_table = |t: &UserTable| self.parameters.get(t.first_parameter);
+        let tables: Vec<Named> = self
+            .tables
+            .iter()
+            .map(|t| {
+                (
+                    t.name.as_str(),
+                    of_table(t).and_then(|p| Dimension::of(&p.unit)),
+                )
+            })
+            .collect();
+        let units = |key: String, formula: &str, wanted: Option<Dimension>| {
+            let checked = dimension::check(formula, &names, &tables, wanted);
+            checked.map_err(|problem| UserEffectError::Units { line, key, problem })
+        };
+        let wanted = match self.target {
+            Target::TipForce => "N",
+            Target::BeltVelocity => "m/s",
+            Target::Measurement => "m",
+            Target::ClampAcceleration => "m/s2",
+            _ => "1",
+        };
+        units("expression".into(), &self.expression, Dimension::of(wanted))?;
+        for UserEffectState { state, .. } in &self.states {
+            let of = Dimension::of(&state.unit);
+            let key = |what: &str| format!("{what} of state '{}'", state.name);
+            units(key("rate"), &state.rate, of.map(Dimension::per_second))?;
+            units(key("start"), &state.start, of)?;
+            for (what, jump) in [
+                ("on_stick", &state.on_stick),
+                ("on_break_away", &state.on_break_away),
+            ] {
+                jump.as_ref()
+                    .map_or(Ok(()), |jump| units(key(what), jump, of))?;
+            }
+        }
+        Ok(())
+    }
+
     /// The equation in plain text.
     pub fn equation(&self) -> String {
         let formula = &self.expression;
@@ -251,6 +313,11 @@ impl UserCard {
         }
     }
 }
+
+/// Units of [`QUANTITIES`], ...
+const UNITS: [&str; QUANTITIES.len()] = ["s", "m", "m/s", "m/s", "m/s", "N", "m/s", "m", "s"];
+/// ... and of [`RATE_QUANTITIES`].
+const RATE_UNITS: [&str; RATE_QUANTITIES.len()] = ["N", "1"];
 
 /// A contact without force, from which states start.
 const NO_FORCE: ContactForce = ContactForce {

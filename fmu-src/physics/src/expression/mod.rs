@@ -64,6 +64,23 @@ enum Op {
     Binary(&'static str, fn(Real, Real) -> Real),
 }
 
+/// An operation of a formula, for those who look at formulas without evaluating them; operations come after what they take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    /// A number as written.
+    Number(f64),
+    /// The quantity with this index.
+    Quantity(usize),
+    /// The curve of the table with this index at one value.
+    Table(usize),
+    /// A function of one value, or `-`.
+    Unary(&'static str),
+    /// A function of two values, an operation or a comparison.
+    Binary(&'static str),
+    /// `if(condition, then, else)`.
+    Choose,
+}
+
 /// What is wrong with a formula, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
@@ -141,6 +158,24 @@ impl Expression {
         tables: &[Spline],
     ) -> Option<SeriesProgram> {
         SeriesProgram::lower(&self.program, variable, constants, tables)
+    }
+
+    /// The operations in the order in which they are done.
+    pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
+        self.program.iter().map(|op| match *op {
+            Op::Number(x) => Step::Number(value(x)),
+            Op::Quantity(i) => Step::Quantity(i),
+            Op::Table(i) => Step::Table(i),
+            Op::Negate => Step::Unary("-"),
+            Op::Unary(name, _) => Step::Unary(name),
+            Op::Add => Step::Binary("+"),
+            Op::Subtract => Step::Binary("-"),
+            Op::Multiply => Step::Binary("*"),
+            Op::Divide => Step::Binary("/"),
+            Op::Power => Step::Binary("^"),
+            Op::Binary(name, _) => Step::Binary(name),
+            Op::Choose => Step::Choose,
+        })
     }
 
     /// Whether the table with this index occurs.

@@ -158,11 +158,7 @@ fn constants_of(
     b: &DVector<f64>,
     curve: &Curve,
 ) -> Vec<FormulaConstant> {
-    let unit = |power: i32| match (power, curve.variable.1) {
-        (0, _) | (_, "1") => curve.unit.to_owned(),
-        (1, argument) => format!("{}/({argument})", curve.unit),
-        (power, argument) => format!("{}/({argument})^{power}", curve.unit),
-    };
+    let unit = |power: i32| per(curve.unit, curve.variable.1, power);
     let mut out = Vec::new();
     for (i, (shape, place)) in chosen.iter().enumerate() {
         out.push(FormulaConstant {
@@ -179,6 +175,21 @@ fn constants_of(
         }));
     }
     out
+}
+
+/// The unit of a value over a power of an argument.
+fn per(unit: &str, argument: &str, power: i32) -> String {
+    let exponent = if power > 1 {
+        power.to_string()
+    } else {
+        String::new()
+    };
+    match (power, argument) {
+        (0, _) | (_, "1") => unit.to_owned(),
+        (_, "m/s") if unit == "1" => format!("s{exponent}/m{exponent}"),
+        (_, "m/s") => format!("{unit}.s{exponent}/m{exponent}"),
+        _ => format!("{unit}/{argument}{exponent}"),
+    }
 }
 
 #[cfg(test)]
@@ -207,7 +218,7 @@ mod tests {
         let cubic = best(|x| 3.0 - 2.0 * x.powi(3), -1.0, 1e-3);
         assert_eq!(cubic.curve, "c_1*(w^3)");
         assert!((cubic.constants[0].value + 2.0).abs() < 1e-6 && (cubic.level - 3.0).abs() < 1e-6);
-        assert_eq!(cubic.constants[0].unit, "N/(m)^3");
+        assert_eq!(cubic.constants[0].unit, "N/m3");
         let saturated = best(|x| 1.0 - (-x / 0.2).exp(), 0.0, 1e-3);
         assert_eq!(saturated.curve, "c_1*(1 - exp(-abs(w)/l_1))");
         assert!((saturated.constants[1].value - 0.2).abs() < 1e-9);
