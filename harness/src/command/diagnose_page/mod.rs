@@ -74,13 +74,13 @@ pub fn html(
     let page = Page::new(&title, &lead(problem));
     let page = verdict::banner(page, &material);
     let page = verdict::words(page, &material);
+    let page = forecast::section(page, &material);
     let page = ladder::section(page, &material);
     let page = where_it_fails::section(page, &material);
     let page = ladder::run_by_run(page, &material);
-    let page = forecast::section(page, &material);
+    let page = unknown::section(page, &material);
     let page = overlay::section(page, &material);
     let page = evidence::section(page, &material);
-    let page = unknown::section(page, &material);
     let page = force_map::section(page, &material);
     let page = break_aways::section(page, &material);
     let page = parameters::section(page, &material);

@@ -67,6 +67,11 @@ pub(crate) fn decide(
         let posterior = |i: &usize| models[*i].log_posterior;
         finalists.sort_by(|a, b| posterior(b).total_cmp(&posterior(a)));
         finalists.truncate(FINALISTS);
+        // A part of the best may have ended in a worse minimum: what the best is worth beyond it shows from the best's own optimum.
+        let parts = (0..models.len()).filter(|&i| models[i].reaches_floor());
+        let parts = parts.filter(|i| !finalists.contains(i) && is_part(models[*i], models[best]));
+        let parts: Vec<usize> = parts.collect();
+        finalists.extend(parts);
         let judged = parallel(&finalists, |&i| {
             let mut model = (*models[i]).clone();
             full_refit::stands(problem, &mut model)?;
@@ -111,18 +116,21 @@ pub(crate) fn decide(
     }
 }
 
+/// Whether a model has some of the effects of another and no other.
+fn is_part(small: &FittedModel, large: &FittedModel) -> bool {
+    small.choices.len() < large.choices.len()
+        && small.choices.iter().all(|c| large.choices.contains(c))
+}
+
 /// Whether a hypothesis that lacks some of a model's effects, fitted to the same data, is more probable than the model itself: what a
 /// further effect then does to residuals that are not white is no evidence for it, though the smaller hypothesis is not
 /// adequate either.
 fn has_better_part(problem: &Problem, models: &[&mut FittedModel], leading: usize) -> bool {
     let whole = &models[leading];
-    let is_part = |c: &FittedModel| {
-        c.choices.len() < whole.choices.len() && c.choices.iter().all(|e| whole.choices.contains(e))
-    };
     let posterior = |c: &FittedModel| log_posterior_on_all(problem, c);
     models
         .iter()
-        .filter(|c| is_part(c))
+        .filter(|c| is_part(c, whole))
         .any(|c| posterior(c) >= posterior(whole))
 }
 
@@ -133,10 +141,7 @@ fn refit_from_larger(
     models: &mut [&mut FittedModel],
     finalists: &[usize],
 ) -> Result<(), Error> {
-    let extends = |large: usize, small: usize| {
-        let (large, small) = (&models[large].choices, &models[small].choices);
-        large.len() > small.len() && small.iter().all(|c| large.contains(c))
-    };
+    let extends = |large: usize, small: usize| is_part(models[small], models[large]);
     let jobs: Vec<(usize, usize)> = finalists
         .iter()
         .flat_map(|&small| finalists.iter().map(move |&large| (small, large)))
