@@ -384,7 +384,9 @@ impl Exploration<'_> {
             let h = self.problem.hypothesis(alone)?;
             let centre = Point::centre(&h, &self.screen.segments);
             let start = widen(&pair.fitted, &h, &centre);
-            self.screen.fitted_from(alone, start)
+            let half = self.screen.fitted_from(alone, start)?;
+            // As far as the pair was fitted: where the other effect does nothing both end in one place.
+            self.screen.to_its_end(&half)
         })?;
         self.screen.keep_better(&mut self.singles, halves);
         Ok(())
