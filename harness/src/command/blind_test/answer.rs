@@ -23,6 +23,8 @@ pub enum Kind {
     Outside,
     /// One that nothing in the project mirrors.
     OutsideNewPhysics,
+    /// The same, of the kinds that were written when the diagnosis was finished.
+    OutsideFurtherPhysics,
     /// At most one, on a rig that is known only roughly.
     Misstated,
     /// At most one, all runs at one operating point.
@@ -40,6 +42,7 @@ impl Kind {
             Kind::Pair => "pair",
             Kind::Outside => "outside",
             Kind::OutsideNewPhysics => "outside-new-physics",
+            Kind::OutsideFurtherPhysics => "outside-further-physics",
             Kind::Misstated => "misstated",
             Kind::OneLoad => "one-load",
             Kind::Weak => "weak",
@@ -158,6 +161,8 @@ mod tests {
         assert_eq!(of("\"a\"", &points("60, 0.04")), Kind::Single);
         let said = ", \"kind\": \"outside-new-physics\"";
         assert_eq!(of("\"outside:a\"", said), Kind::OutsideNewPhysics);
+        let said = ", \"kind\": \"outside-further-physics\"";
+        assert_eq!(of("\"outside:a\"", said), Kind::OutsideFurtherPhysics);
         assert_eq!(of("\"a\"", ", \"kind\": \"weak\""), Kind::Weak);
     }
 }
