@@ -156,13 +156,16 @@ mod tests {
         let widened = with_effects(&plain, &files).unwrap().unwrap();
         let before = candidates(&widened).unwrap();
         for function in &unknown {
-            let of = |name: &str, value: f64, is_shape: bool| FormulaConstant {
+            let of = |name: &str, unit: &str, value: f64, is_shape: bool| FormulaConstant {
                 name: name.into(),
-                unit: "1".into(),
+                unit: unit.into(),
                 value,
                 is_shape,
             };
-            let constants = [of("c_1", -0.3, false), of("l_1", 0.01, true)];
+            let constants = [
+                of("c_1", function.value_unit(), -0.3, false),
+                of("l_1", function.argument_unit, 0.01, true),
+            ];
             let curve = format!("c_1*(1 - exp(-abs({})/l_1))", function.variable());
             let file = function.formula_file("term_formula_1", &curve, &constants, Some(0.1));
             let further = with_effects(&widened, &[&file]).unwrap().unwrap();

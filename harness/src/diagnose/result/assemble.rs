@@ -247,7 +247,8 @@ fn fitted_library_effect(
     steps: &[Step],
 ) -> Option<ProposedTerm> {
     selection.beyond.as_ref()?;
-    let choice = selection.path.last()?.choices.last()?;
+    let of_library = |c: &&Choice| library::is_library_effect(&problem.catalogue[c.effect].id);
+    let choice = selection.path.last()?.choices.iter().rfind(of_library)?;
     let last = steps.last()?;
     let left = last.holdout.nrmse / steps[0].holdout.nrmse;
     proposal(problem, choice, &last.fitted, 1.0 - left.powi(2))
