@@ -77,8 +77,9 @@ pub struct Curve<'a> {
     pub unit: &'a str,
 }
 
-/// The `count` best formulas for a curve, best first; none where its covariance is not known.
-pub fn short_formulas(curve: &Curve, count: usize) -> Vec<ShortFormula> {
+/// The best formula of one shape and the best of two for a curve, the better first; none where its covariance is not known. The
+/// data themselves say whether a second shape is worth its constants.
+pub fn short_formulas(curve: &Curve) -> Vec<ShortFormula> {
     let largest = curve.at.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
     let mut columns: Vec<(&Shape, Option<f64>)> = POWERS.iter().map(|s| (s, None)).collect();
     for shape in &PLACED {
@@ -132,14 +133,13 @@ pub fn short_formulas(curve: &Curve, count: usize) -> Vec<ShortFormula> {
         }
     }
     found.sort_by(|a, b| a.score.total_cmp(&b.score));
-    // Of the places of one shape the best.
+    let shapes = |f: &ShortFormula| f.constants.iter().filter(|c| !c.is_shape).count();
     let mut best: Vec<ShortFormula> = Vec::new();
     for formula in found {
-        if best.iter().all(|b| b.curve != formula.curve) {
+        if best.iter().all(|b| shapes(b) != shapes(&formula)) {
             best.push(formula);
         }
     }
-    best.truncate(count);
     best
 }
 
@@ -210,7 +210,7 @@ mod tests {
             variable: ("w", "m"),
             unit: "N",
         };
-        short_formulas(&curve, 3).remove(0)
+        short_formulas(&curve).remove(0)
     }
 
     #[test]

@@ -14,8 +14,6 @@ use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
 use crate::parallel::parallel;
 
-/// Formulas that are fitted to the data: one for each of two processors.
-const FITTED: usize = 2;
 /// How the identifiers of all of them begin: terms beyond the catalogue.
 const PREFIX: &str = "term_formula_";
 
@@ -51,7 +49,7 @@ pub fn function_of<'a>(problem: &'a Problem, model: &FittedModel) -> Option<&'a 
     problem.unknown_functions.iter().find(|f| f.id == *id)
 }
 
-/// Formulas for the curve that a selection ends with, the best ones; none where it ends with something else.
+/// Formulas for the curve that a selection ends with; none where it ends with something else.
 pub fn formulas(problem: &Problem, selection: &Selection) -> Vec<CurveFormula> {
     let Some((function, model)) = last_curve(problem, selection) else {
         return Vec::new();
@@ -71,7 +69,7 @@ pub fn formulas(problem: &Problem, selection: &Selection) -> Vec<CurveFormula> {
         variable: (function.variable(), function.argument_unit),
         unit: function.value_unit(),
     };
-    let formulas = short_formulas(&curve, FITTED).into_iter().enumerate();
+    let formulas = short_formulas(&curve).into_iter().enumerate();
     formulas
         .map(|(i, formula)| {
             let id = format!("{PREFIX}{}", i + 1);
