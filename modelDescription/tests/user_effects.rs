@@ -299,7 +299,7 @@ fn states_and_tables_that_cannot_be_are_refused_with_line_and_remedy() {
             "unit = \"J\"",
             "unit = \"K\"",
             4,
-            "expression: the two sides of '+' are in kg^-1.m^-2.s^2.K and in a plain number",
+            "expression: 1 - k*heat + table(v_abs, g) is in kg^-1.m^-2.s^2.K, but what it stands for is in a plain number",
         ),
         (
             "- heat/0.1",

@@ -173,14 +173,16 @@ impl UserCard {
 
     /// Checks that the units of all formulas fit together.
     fn check_units(&self, line: usize) -> Result<(), UserEffectError> {
+        // `1` is also what people write who don't care: it may stand for any unit, as a number in the formula may.
+        let declared = |unit: &str| Dimension::of(unit).filter(|_| !["1", "-"].contains(&unit));
         let of_states = self
             .states
             .iter()
-            .map(|s| (s.state.name.as_str(), Dimension::of(&s.state.unit)));
+            .map(|s| (s.state.name.as_str(), declared(&s.state.unit)));
         let parameters = self
             .parameters
             .iter()
-            .map(|p| (p.name.as_str(), Dimension::of(&p.unit)));
+            .map(|p| (p.name.as_str(), declared(&p.unit)));
         let quantities = QUANTITIES
             .iter()
             .zip(UNITS)
@@ -196,12 +198,7 @@ impl UserCard {
         let tables: Vec<Named> = self
             .tables
             .iter()
-            .map(|t| {
-                (
-                    t.name.as_str(),
-                    of_table(t).and_then(|p| Dimension::of(&p.unit)),
-                )
-            })
+            .map(|t| (t.name.as_str(), of_table(t).and_then(|p| declared(&p.unit))))
             .collect();
         let units = |key: String, formula: &str, wanted: Option<Dimension>| {
             let checked = dimension::check(formula, &names, &tables, wanted);
@@ -216,7 +213,7 @@ impl UserCard {
         };
         units("expression".into(), &self.expression, Dimension::of(wanted))?;
         for UserEffectState { state, .. } in &self.states {
-            let of = Dimension::of(&state.unit);
+            let of = declared(&state.unit);
             let key = |what: &str| format!("{what} of state '{}'", state.name);
             units(key("rate"), &state.rate, of.map(Dimension::per_second))?;
             units(key("start"), &state.start, of)?;
