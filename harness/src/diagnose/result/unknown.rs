@@ -86,17 +86,7 @@ pub struct Alternative {
 
 /// The best unknown function of a selection; `None` where none was fitted.
 pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
-    let all = selection.path.iter().chain(&selection.singles);
-    let mut fitted: Vec<Candidate> = all
-        .filter_map(|model| Candidate::new(problem, model))
-        .collect();
-    // As in the verdict: adequate ones share all, and where none is, all share the little that is left beside something else.
-    let is_any_adequate = fitted.iter().any(|c| c.model.reaches_floor());
-    fitted.retain(|c| !is_any_adequate || c.model.reaches_floor());
-    fitted.sort_by(|a, b| match is_any_adequate {
-        true => b.log_evidence.total_cmp(&a.log_evidence),
-        false => a.model.compare(b.model),
-    });
+    let (fitted, is_any_adequate) = candidates(problem, selection);
     let first = fitted.first()?;
     let (best, model) = (first.function, first.model);
     let odds = |c: &Candidate| (c.log_evidence - first.log_evidence).min(0.0).exp();
@@ -173,15 +163,28 @@ impl<'a> Candidate<'a> {
 
 /// The unknown functions that the data can't tell from the best one, that one first.
 pub fn unknown_rivals<'a>(problem: &'a Problem, selection: &'a Selection) -> Vec<&'a FittedModel> {
+    let (fitted, is_any_adequate) = candidates(problem, selection);
+    let best = fitted.first().map_or(f64::NAN, |c| c.log_evidence);
+    let tied = fitted
+        .into_iter()
+        .filter(|c| is_any_adequate && best - c.log_evidence < TIE);
+    tied.map(|c| c.model).collect()
+}
+
+/// The unknown functions that were fitted, best first, and whether any is adequate. As in the verdict: adequate ones share all,
+/// and where none is, all share the little that is left beside something else.
+fn candidates<'a>(problem: &'a Problem, selection: &'a Selection) -> (Vec<Candidate<'a>>, bool) {
     let all = selection.path.iter().chain(&selection.singles);
-    let fitted = all.filter_map(|model| Candidate::new(problem, model));
-    let mut adequate: Vec<Candidate> = fitted.filter(|c| c.model.reaches_floor()).collect();
-    adequate.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    let Some(best) = adequate.first().map(|c| c.log_evidence) else {
-        return Vec::new();
-    };
-    adequate.retain(|c| best - c.log_evidence < TIE);
-    adequate.into_iter().map(|c| c.model).collect()
+    let mut fitted: Vec<Candidate> = all
+        .filter_map(|model| Candidate::new(problem, model))
+        .collect();
+    let is_any_adequate = fitted.iter().any(|c| c.model.reaches_floor());
+    fitted.retain(|c| !is_any_adequate || c.model.reaches_floor());
+    fitted.sort_by(|a, b| match is_any_adequate {
+        true => b.log_evidence.total_cmp(&a.log_evidence),
+        false => a.model.compare(b.model),
+    });
+    (fitted, is_any_adequate)
 }
 
 /// The formula that a selection ends with in place of a curve, as fitted.
