@@ -3,6 +3,7 @@
 
 use beam_physics::effects::{CATALOGUE, Role};
 use stickslip_tests::slave::{DISCARD, ERROR, OK, Slave};
+use stickslip_tests::tangent::Course;
 
 /// Times at which motions are compared: every 0.2 ms, 40 ms long.
 fn times() -> Vec<f64> {
@@ -221,4 +222,98 @@ fn what_makes_no_sense_is_refused() {
         .tangents(&[0.0, 1e-3], "tip_displacement", &q)
         .unwrap_err();
     assert_eq!(status, DISCARD);
+}
+
+/// The motion by the standard's calls, `input` being `scale (a + b (t - t_0))` from piece to piece.
+fn driven_motion(setting: &Setting, course: &Course, times: &[f64]) -> Vec<f64> {
+    let (_, scale) = setting
+        .iter()
+        .find(|(name, _)| name == course.input)
+        .unwrap();
+    let of =
+        |k: usize, t: f64| scale * (course.factors[k] + course.rates[k] * (t - course.begins[k]));
+    let first = course.begins.partition_point(|b| *b <= times[0]) - 1;
+    let slave = started(setting);
+    assert_eq!(slave.set(course.input, of(first, times[0])), OK);
+    slave.start_at(times[0]);
+    let mut out = vec![slave.get("measured_displacement")];
+    let mut now = times[0];
+    for &next in &times[1..] {
+        while now < next {
+            let k = course.begins.partition_point(|b| *b <= now + 1e-12) - 1;
+            let end = course.begins.get(k + 1).map_or(next, |b| b.min(next));
+            assert_eq!(slave.set(course.input, of(k, now)), OK);
+            assert_eq!(slave.set_rate(course.input, 1, scale * course.rates[k]), OK);
+            assert_eq!(slave.step(now, end - now), OK, "{:?}", slave.messages());
+            now = end;
+        }
+        out.push(slave.get("measured_displacement"));
+    }
+    out
+}
+
+#[test]
+fn val_motions_that_inputs_drive_are_differentiated() {
+    // Truth: motions by fmi2SetRealInputDerivatives and fmi2DoStep, and central differences of fourth order of these.
+    let times = times();
+    let begins: Vec<f64> = (0..40).map(|k| -1e-3 + f64::from(k) * 1.3e-3).collect();
+    let wave = |t: f64| 1.0 + 0.3 * (400.0 * t).sin();
+    let factors: Vec<f64> = begins.iter().map(|t| wave(*t)).collect();
+    let rates: Vec<f64> = begins
+        .iter()
+        .map(|t| (wave(t + 1.3e-3) - wave(*t)) / 1.3e-3)
+        .collect();
+    for (input, step) in [
+        ("normal_force", 1e-4),
+        ("external_force", 1e-4),
+        ("belt_velocity", 1e-7),
+    ] {
+        let course = Course {
+            input,
+            begins: &begins,
+            factors: &factors,
+            rates: &rates,
+        };
+        let mut plain = setting();
+        if input == "external_force" {
+            plain = moved(&plain, input, 8.0);
+        }
+        let known: Vec<(&str, f64)> = REFERENCE
+            .into_iter()
+            .filter(|(name, _)| *name != input)
+            .chain([(input, step)])
+            .collect();
+        let directions: Vec<(&str, f64)> = known.iter().map(|(n, _)| (*n, 1.0)).collect();
+        let slave = started(&plain);
+        let (values, slopes) = slave
+            .driven_tangents(&times, "measured_displacement", &directions, &course)
+            .unwrap_or_else(|status| panic!("{input}: {status}: {:?}", slave.messages()));
+        for (value, truth) in values.iter().zip(driven_motion(&plain, &course, &times)) {
+            assert!(
+                (value - truth).abs() < 1e-12,
+                "{input}: {value} against {truth} m"
+            );
+        }
+        for ((name, step), slope) in known.iter().zip(&slopes) {
+            let at = |k: f64| driven_motion(&moved(&plain, name, k * step), &course, &times);
+            let (a, b, c, d) = (at(-2.0), at(-1.0), at(1.0), at(2.0));
+            let difference = |i: usize| (8.0 * (c[i] - b[i]) - (d[i] - a[i])) / (12.0 * step);
+            let scale = (0..times.len()).fold(0.0, |m: f64, i| m.max(difference(i).abs()));
+            let pairs = slope.iter().enumerate();
+            let worst = pairs.fold(0.0, |m: f64, (i, s)| m.max((s - difference(i)).abs()));
+            assert!(
+                worst <= 2e-4 * scale,
+                "{input}, by {name}: off by {worst:e} of {scale:e}"
+            );
+        }
+    }
+    let course = Course {
+        input: "friction.v1",
+        begins: &[0.0],
+        factors: &[1.0],
+        rates: &[0.0],
+    };
+    let slave = started(&setting());
+    let refused = slave.driven_tangents(&times, "measured_displacement", &[], &course);
+    assert_eq!(refused.unwrap_err(), ERROR, "a parameter has no course");
 }

@@ -1,7 +1,8 @@
-//! One function beyond the standard: a motion with its derivatives by parameters and start values.
+//! Two functions beyond the standard: a motion with its derivatives by parameters and start values, and the same for a
+//! motion that inputs drive.
 //!
 //! A calibration sets the FMU's variables by `fmi2SetReal` and `fmi2SetInteger` as ever, and calls `stickslipTangents` in
-//! place of steps. Masters that do not know the function never see it. Decision: docs/adr/0012-tangents.md.
+//! place of steps. Masters that do not know the functions never see them. Decision: docs/adr/0012-tangents.md.
 //!
 //! # Safety
 //! As [`crate::exports`].
@@ -10,7 +11,7 @@
 use crate::guard::{slice, slice_mut, with_instance};
 use crate::lifecycle::Function;
 use crate::status::Fault;
-use crate::tangent::{Answer, Direction, Request};
+use crate::tangent::{Answer, Course, Direction, Request};
 use crate::types::Component;
 use std::ffi::c_int;
 
@@ -34,6 +35,54 @@ pub unsafe extern "C" fn stickslipTangents(
     values: *mut f64,
     slopes: *mut f64,
 ) -> c_int {
+    // SAFETY: contract of this module; empty lists are not looked at.
+    unsafe {
+        stickslipDrivenTangents(
+            component,
+            times,
+            time_count,
+            output,
+            sizes,
+            direction_count,
+            references,
+            changes,
+            change_count,
+            std::ptr::null(),
+            0,
+            std::ptr::null(),
+            0,
+            std::ptr::null(),
+            std::ptr::null(),
+            values,
+            slopes,
+        )
+    }
+}
+
+/// [`stickslipTangents`] with inputs that vary: `inputs` are the value references of `input_count` of them, and from
+/// `begins[k]` in s to the next begin input i acts as `x (a + b (t - begins[k]))`, with x the value of its variable,
+/// `a = factors[k input_count + i]` (1) and `b = rates[k input_count + i]` (1/s). The first piece begins where the motion
+/// does or before. Inputs that are not named are constant.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stickslipDrivenTangents(
+    component: Component,
+    times: *const f64,
+    time_count: usize,
+    output: u32,
+    sizes: *const usize,
+    direction_count: usize,
+    references: *const u32,
+    changes: *const f64,
+    change_count: usize,
+    inputs: *const u32,
+    input_count: usize,
+    begins: *const f64,
+    piece_count: usize,
+    factors: *const f64,
+    rates: *const f64,
+    values: *mut f64,
+    slopes: *mut f64,
+) -> c_int {
     let function = Function::SetReal;
     // SAFETY: contract of this module: lists have the announced lengths.
     unsafe {
@@ -49,6 +98,13 @@ pub unsafe extern "C" fn stickslipTangents(
                 function,
                 "slopes",
             )?;
+            let numbers = piece_count.saturating_mul(input_count);
+            let course = Course {
+                references: slice(inputs, input_count, function, "inputs")?,
+                begins: slice(begins, piece_count, function, "begins")?,
+                factors: slice(factors, numbers, function, "factors")?,
+                rates: slice(rates, numbers, function, "rates")?,
+            };
             let wrong = |argument, value: f64, required: &str| Fault::BadArgument {
                 function,
                 argument,
@@ -67,6 +123,20 @@ pub unsafe extern "C" fn stickslipTangents(
                     "at least one, finite and rising",
                 ));
             }
+            let starts_early = course.begins.first().is_none_or(|begin| *begin <= times[0]);
+            let is_finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
+            if !(starts_early
+                && course.begins.is_sorted()
+                && [course.begins, course.factors, course.rates]
+                    .into_iter()
+                    .all(is_finite))
+            {
+                return Err(wrong(
+                    "begins",
+                    piece_count as f64,
+                    "finite and rising, the first not after the first time, with finite factors and rates",
+                ));
+            }
             let directions: Vec<Direction> = sizes
                 .iter()
                 .map(|&size| {
@@ -80,6 +150,7 @@ pub unsafe extern "C" fn stickslipTangents(
                 times,
                 output,
                 directions,
+                course,
             };
             instance.model.tangents(&request, Answer { values, slopes })
         })

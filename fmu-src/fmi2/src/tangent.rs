@@ -8,6 +8,7 @@ use crate::values::{Access, find};
 use beam_model_description::{Layout, Quantity, UserCard};
 use beam_physics::effects::user_expression as plain_effect;
 use beam_tangent as physics;
+use physics::belt::Inputs;
 use physics::effects::user_expression::{Target, UserEffect, UserParameter, UserState, UserTable};
 use physics::error::PhysicsError;
 use physics::integrate::MAX_STATES;
@@ -31,6 +32,23 @@ pub struct Request<'a> {
     pub output: u32,
     /// Directions of the derivatives.
     pub directions: Vec<Direction<'a>>,
+    /// What inputs do in the course of the motion.
+    pub course: Course<'a>,
+}
+
+/// What inputs do in the course of a motion: over each piece an input acts as `x (a + b (t - t_0))`, with x the value of its
+/// variable, a its factor (1) and b the rate of the factor (1/s) from the piece's begin t_0 (s) on. So a derivative by x is
+/// one by the scale of the whole input. Without pieces inputs are constant.
+#[derive(Default)]
+pub struct Course<'a> {
+    /// Value references of the inputs that vary.
+    pub references: &'a [u32],
+    /// Rising times in s at which pieces begin, the first not after the start of the motion.
+    pub begins: &'a [f64],
+    /// Factors, piece after piece, each as long as `references`.
+    pub factors: &'a [f64],
+    /// Their rates in 1/s, likewise.
+    pub rates: &'a [f64],
 }
 
 /// Where it is written.
@@ -93,11 +111,12 @@ impl Content {
             .map(|(references, changes)| self.seed(references, changes))
             .collect::<Result<Vec<_>, Fault>>()?;
         let times = request.times;
+        let course = self.course(&request.course)?;
         let groups = seeded
             .chunks(DIRECTIONS)
             .zip(answer.slopes.chunks_mut(DIRECTIONS * times.len()));
         let mut follow = |number: usize, seeds: &[Seed]| {
-            let followed = self.follow(room, number, times, seeds, observed);
+            let followed = self.follow(room, number, (times, &course), seeds, observed);
             followed.map_err(|cause| Fault::NotFollowed {
                 time: times[0],
                 cause,
@@ -146,12 +165,48 @@ impl Content {
             .collect()
     }
 
+    /// The course of the inputs in the order of [`setup::INPUTS`].
+    fn course(&self, course: &Course) -> Result<Vec<Piece>, Fault> {
+        let places = &*PLACES;
+        let inputs = [
+            places.belt_velocity,
+            places.normal_force,
+            places.external_force,
+        ];
+        let mut of_inputs = Vec::new();
+        for &reference in course.references {
+            let index = find(self.layout, reference, Access::Real)?;
+            let input = inputs.iter().position(|place| *place == index);
+            of_inputs.push(input.ok_or_else(|| Fault::Unsupported {
+                function: crate::lifecycle::Function::SetRealInputDerivatives,
+                what: format!(
+                    "a course of '{}', which is not an input",
+                    self.layout.variables()[index].name
+                ),
+            })?);
+        }
+        let piece = |(k, &begin): (usize, &f64)| {
+            let mut piece = Piece {
+                begin,
+                factors: [1.0; setup::INPUTS],
+                rates: [0.0; setup::INPUTS],
+            };
+            for (i, &input) in of_inputs.iter().enumerate() {
+                let at = k * of_inputs.len() + i;
+                piece.factors[input] = course.factors[at];
+                piece.rates[input] = course.rates[at];
+            }
+            piece
+        };
+        Ok(course.begins.iter().enumerate().map(piece).collect())
+    }
+
     /// The output at `times` with derivatives by at most [`DIRECTIONS`] directions, the group with this number.
     fn follow(
         &self,
         room: &mut Room,
         number: usize,
-        times: &[f64],
+        (times, course): (&[f64], &[Piece]),
         seeds: &[Seed],
         observed: Observed,
     ) -> Result<Vec<Real>, PhysicsError> {
@@ -163,7 +218,16 @@ impl Content {
         }
         let places = &*setup::PLACES;
         let begin = real(times[0]);
-        let inputs = places.inputs(&seeded, [real(0.0); setup::INPUTS], begin);
+        let plain = places.inputs(&seeded, [real(0.0); setup::INPUTS], begin);
+        // Pieces that end before the motion begins say nothing of it.
+        let first = course
+            .partition_point(|piece| piece.begin <= times[0])
+            .saturating_sub(1);
+        let course = &course[first..];
+        let inputs = match course.first() {
+            Some(piece) => piece.inputs(&plain, times[0]),
+            None => plain,
+        };
         let tolerance = self.values[places.tolerance];
         let of_model = of_model(self.layout, seeds);
         let is_same = |group: &Group| {
@@ -207,11 +271,46 @@ impl Content {
             Observed::Velocity => shapes.enumerate().for_each(|(j, phi)| row[2 * j + 1] = phi),
         }
         let mut out = Vec::with_capacity(times.len());
-        match observed {
-            Observed::Measured => run.sample_measured(times, &mut out)?,
-            _ => run.sample(times, &row, real(0.0), &mut out)?,
+        let mut sample = |run: &mut Simulation, times: &[f64]| match observed {
+            Observed::Measured => run.sample_measured(times, &mut out),
+            _ => run.sample(times, &row, real(0.0), &mut out),
+        };
+        let mut left = times;
+        for piece in course.iter().skip(1) {
+            let (within, after) = left.split_at(left.partition_point(|time| *time <= piece.begin));
+            sample(run, within)?;
+            left = after;
+            if left.is_empty() {
+                break;
+            }
+            run.advance_to(real(piece.begin))?;
+            run.set_inputs(piece.inputs(&plain, piece.begin))?;
         }
+        sample(run, left)?;
         Ok(out)
+    }
+}
+
+/// All inputs over a piece of a motion, as in [`Course`].
+struct Piece {
+    begin: f64,
+    factors: [f64; setup::INPUTS],
+    rates: [f64; setup::INPUTS],
+}
+
+impl Piece {
+    /// The inputs from `t` in s on, where `plain` are the values of their variables.
+    fn inputs(&self, plain: &Inputs, t: f64) -> Inputs {
+        let at = |i: usize| self.factors[i] + self.rates[i] * (t - self.begin);
+        Inputs {
+            since: real(t),
+            belt_velocity: at(0) * plain.belt_velocity,
+            belt_acceleration: self.rates[0] * plain.belt_velocity,
+            normal_force: at(1) * plain.normal_force,
+            normal_force_rate: self.rates[1] * plain.normal_force,
+            external_force: at(2) * plain.external_force,
+            external_force_rate: self.rates[2] * plain.external_force,
+        }
     }
 }
 
