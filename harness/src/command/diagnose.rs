@@ -14,7 +14,7 @@ use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::unknown_function::unknown_functions;
+use crate::diagnose::model::unknown_function::{lowest_frequency, unknown_functions};
 use crate::diagnose::result::assemble::{conclude, shown};
 use crate::diagnose::result::curve_formula;
 use crate::diagnose::result::diagnosis::Diagnosis;
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             rule: format!("campaigns would take months; give {MOST_NULL} or less"),
         });
     }
-    let campaign = given_campaign::load_plain(&arguments.campaign, arguments.forced, "diagnose")?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);
@@ -130,11 +130,7 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let lowest = structure(fmu, &campaign.beam)?
-        .modes()
-        .iter()
-        .map(|m| m.frequency_hz)
-        .fold(f64::INFINITY, f64::min);
+    let lowest = lowest_frequency(campaign, &structure(fmu, &campaign.beam)?);
     let unknown = unknown_functions(campaign, lowest);
     let hold_out = search.hold_out;
     let files: Vec<&str> = search

@@ -8,7 +8,6 @@ pub mod demo;
 pub mod diagnose;
 mod diagnose_page;
 pub mod dimension;
-pub mod drive;
 pub mod effects;
 mod given_campaign;
 pub mod observe;

@@ -1,7 +1,7 @@
 //! Bringing an FMU to an operating point, and recording its motion there.
 
-use crate::command::drive::Drive;
 use crate::error::Error;
+use crate::fmu::Drive;
 use crate::fmu::{Fmu, Instance, Kind};
 use crate::measurement::BeamKnowledge;
 

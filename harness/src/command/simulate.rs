@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::drive::Drive;
 use super::operating_options::OperatingOptions;
 use super::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
+use crate::fmu::Drive;
 use crate::fmu::{Causality, Fmu, Kind};
 use crate::measurement::{Interpolation, read_inputs};
 use crate::output::{print, write_file};

@@ -39,7 +39,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let campaign = given_campaign::load_plain(&arguments.campaign, arguments.forced, "try")?;
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let mut problem = Problem::new(&fmu, &campaign)?;
     let mut effects = Vec::new();

@@ -22,6 +22,7 @@
 
 mod archive;
 mod description;
+mod drive;
 mod edit_description;
 #[cfg(feature = "fmi-crate")]
 mod fmi_crate_backend;
@@ -41,6 +42,7 @@ pub use description::{
     Capabilities, Causality, DefaultExperiment, EnumItem, Kind, ModelDescription, Variable,
     VendorAnnotation,
 };
+pub use drive::{Course, Drive};
 pub use edit_description::{with_guid, with_starts};
 pub use instance::{Instance, State};
 pub use status::Status;

@@ -1,10 +1,10 @@
-//! Derivatives along a motion, from FMUs that export `stickslipTangents` (ours do; docs/adr/0012-tangents.md).
+//! Derivatives along a motion, from FMUs that export `stickslipDrivenTangents` (ours do; docs/adr/0012-tangents.md).
 //!
 //! The function is not of the standard, so no FMI crate knows it: the library is opened once more (the system counts the
 //! openings) and has an instance of its own here.
 #![allow(unsafe_code)]
 
-use super::{Fmu, Loaded, archive};
+use super::{Course, Fmu, Loaded, archive};
 use libloading::Library;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr;
@@ -42,6 +42,12 @@ type Evaluate = unsafe extern "C" fn(
     *const u32,
     *const f64,
     usize,
+    *const u32,
+    usize,
+    *const f64,
+    usize,
+    *const f64,
+    *const f64,
     *mut f64,
     *mut f64,
 ) -> c_int;
@@ -106,7 +112,7 @@ impl Tangents {
         // last one, of the export that carries this name. The function pointers are kept beside the library.
         unsafe {
             let library = Library::new(path).ok()?;
-            let evaluate = *library.get::<Evaluate>(b"stickslipTangents").ok()?;
+            let evaluate = *library.get::<Evaluate>(b"stickslipDrivenTangents").ok()?;
             let instantiate = *library.get::<Instantiate>(b"fmi2Instantiate").ok()?;
             let reset = *library.get::<OfComponent>(b"fmi2Reset").ok()?;
             let free = *library.get::<Free>(b"fmi2FreeInstance").ok()?;
@@ -169,13 +175,13 @@ impl Tangents {
     }
 
     /// The output at each of the rising `times` in s, the first of which is the start, and its derivatives, direction after
-    /// direction, each as long as `times`. False where the FMU can't follow.
+    /// direction, each as long as `times`, where inputs have a course. False where the FMU can't follow.
     ///
     /// # Panics
     /// Lists of the wrong lengths.
     pub fn evaluate(
         &mut self,
-        times: &[f64],
+        (times, course): (&[f64], &Course),
         output: u32,
         directions: &Directions,
         values: &mut [f64],
@@ -186,6 +192,11 @@ impl Tangents {
             slopes.len(),
             times.len() * directions.len(),
             "one slope per time and direction"
+        );
+        let numbers = course.references.len() * course.begins.len();
+        assert!(
+            course.factors.len() == numbers && course.rates.len() == numbers,
+            "one factor and rate per piece and input"
         );
         // SAFETY: the component is live, the lists have the announced lengths.
         let status = unsafe {
@@ -199,6 +210,12 @@ impl Tangents {
                 directions.references.as_ptr(),
                 directions.changes.as_ptr(),
                 directions.changes.len(),
+                course.references.as_ptr(),
+                course.references.len(),
+                course.begins.as_ptr(),
+                course.begins.len(),
+                course.factors.as_ptr(),
+                course.rates.as_ptr(),
                 values.as_mut_ptr(),
                 slopes.as_mut_ptr(),
             )

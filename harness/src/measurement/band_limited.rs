@@ -1,7 +1,7 @@
 //! Band-limited interpolation: the signal of least bandwidth through even samples.
 
 /// Samples to either side that take part.
-const HALF_WIDTH: usize = 24;
+pub(super) const HALF_WIDTH: usize = 24;
 /// Shape of the Kaiser window: side lobes 90 dB down, and what lies below 0.92 of half the sample rate is passed.
 const BETA: f64 = 9.0;
 

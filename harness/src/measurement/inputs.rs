@@ -1,8 +1,10 @@
 //! What drove a run, where it was measured along with the displacement: belt velocity, normal force, a force on the tip.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 
-use super::band_limited::refine;
+use super::band_limited::{HALF_WIDTH, refine};
 use super::{Run, Sampling};
 
 /// What an input does between its samples.
@@ -43,6 +45,9 @@ const EVEN: f64 = 0.01;
 /// `(pi f h/8)^2 / 3` of a sine of frequency f (Hz) sampled each h (s): 1.3 % at half the sample rate, 0.05 % at a tenth.
 const REFINEMENT: usize = 8;
 
+/// Samples beyond a part of a series on which what lies between its own depends.
+const REACH: usize = HALF_WIDTH + 1;
+
 /// Whether a record can be interpolated band-limited.
 pub(super) fn is_even(sampling: &Sampling) -> bool {
     sampling.gaps.is_empty() && sampling.jitter <= EVEN
@@ -82,6 +87,11 @@ impl InputSignals {
         ]
         .into_iter()
         .filter_map(|(name, series)| Some((name, series.as_ref()?)))
+    }
+
+    /// Whether an external force acts.
+    pub fn pushes(&self) -> bool {
+        self.external_force.is_some() || self.constant_external_force != 0.0
     }
 
     /// The first samples of each series, at most so many.
@@ -143,6 +153,19 @@ impl InputTrack {
         }
     }
 
+    /// Of the samples of `range` alone, as [`Self::of`] the whole series has it there; times count from the run's first.
+    pub fn within(series: &InputSeries, time: &[f64], range: Range<usize>, least: f64) -> Self {
+        let from = range.start.saturating_sub(REACH);
+        let past = (range.end + REACH).min(time.len());
+        let part = InputSeries {
+            column: String::new(),
+            values: series.values[from..past].to_vec(),
+            interpolation: series.interpolation,
+        };
+        let since: Vec<f64> = time[from..past].iter().map(|t| t - time[0]).collect();
+        Self::of(&part, &since, least)
+    }
+
     /// The first knot after `t`, in s.
     pub fn next_knot(&self, t: f64) -> Option<f64> {
         let next = self.knots.partition_point(|knot| *knot <= t);
@@ -197,6 +220,30 @@ mod tests {
         let band_limited = track(Interpolation::BandLimited);
         assert_eq!(band_limited.next_knot(0.0), Some(0.125));
         assert_eq!(band_limited.piece(1.0, 1.125).0, 3.0);
+    }
+
+    #[test]
+    fn a_part_is_as_the_whole_has_it_there() {
+        let wave = |k: usize| (0.4 * k as f64).sin() + 0.2 * (1.7 * k as f64).cos();
+        let series = InputSeries {
+            column: "u".into(),
+            values: (0..300).map(wave).collect(),
+            interpolation: Interpolation::BandLimited,
+        };
+        let time: Vec<f64> = (0..300).map(|k| 5.0 + 0.25 * k as f64).collect();
+        let since: Vec<f64> = time.iter().map(|t| t - 5.0).collect();
+        let whole = InputTrack::of(&series, &since, f64::NEG_INFINITY);
+        for range in [0..20, 120..160, 280..300] {
+            let part = InputTrack::within(&series, &time, range.clone(), f64::NEG_INFINITY);
+            for k in 8 * range.start..8 * (range.end - 1) {
+                let (t, end) = (k as f64 / 32.0, (k + 1) as f64 / 32.0);
+                let (a, b) = (whole.piece(t, end), part.piece(t, end));
+                assert!(
+                    (a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-10,
+                    "{k}: {a:?} {b:?}"
+                );
+            }
+        }
     }
 
     #[test]

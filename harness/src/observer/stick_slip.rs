@@ -174,7 +174,7 @@ pub fn smooth_stick_slip(
     let mut smoothed = record.unscale(&walk, levels);
     let velocity_std = settings
         .velocity_std
-        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(displacement.len()));
+        .unwrap_or_else(|| DEFAULT_HELD_SHARE * sliding_speed(&smoothed.velocity, belt));
     let time: Vec<f64> = (0..displacement.len())
         .map(|k| k as f64 * sample_interval)
         .collect();
@@ -241,11 +241,24 @@ pub(super) fn smooth_fixed(
     let count = displacement.len();
     let velocity_std = settings
         .velocity_std
-        .unwrap_or(DEFAULT_HELD_SHARE * belt.size(count));
+        .unwrap_or_else(|| DEFAULT_HELD_SHARE * belt.size(count));
     let (before, after) = (settings.arrival_samples, settings.break_away_samples);
     let held = held_velocity(phases, belt, velocity_std, count, before, after);
     let solution = learn_jumps(&record, levels, &held, iterations);
     Ok(record.unscale(&solution, levels))
+}
+
+/// What sliding speeds are measured by in m/s: the belt's, or where it rests or varies the root mean square of the relative
+/// velocity.
+fn sliding_speed(velocity: &[f64], belt: BeltVelocity) -> f64 {
+    let first = belt.at(0);
+    let is_even = (0..velocity.len()).all(|k| belt.at(k) == first);
+    if is_even && first != 0.0 {
+        return first.abs();
+    }
+    let squares = relative_velocity(velocity, belt).into_iter();
+    let sum: f64 = squares.map(|v| v * v).sum();
+    (sum / velocity.len() as f64).sqrt()
 }
 
 fn relative_velocity(velocity: &[f64], belt: BeltVelocity) -> Vec<f64> {

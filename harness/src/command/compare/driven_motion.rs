@@ -2,9 +2,9 @@
 //! align: the model starts as the record does, gets the same inputs, and is compared sample by sample.
 
 use super::model_motion::{Motion, Motions, model_run};
-use crate::command::drive::Drive;
 use crate::command::operating_point::OperatingPoint;
 use crate::error::Error;
+use crate::fmu::Drive;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Run};
 use crate::metric::{standard_deviation, velocity};

@@ -37,7 +37,10 @@ pub fn samples(problem: &Problem, pair: &[View; 2]) -> Vec<Sample> {
         let motion = &problem.smoothings[segment.run].stick_slip;
         let smoothed = &motion.smoothed;
         for k in (0..segment.time.len()).filter(|&k| segment.trusted[k]) {
-            let instant = Instant::new(run, motion, segment.time[k] - run.time[0]);
+            let instant = Instant::new(
+                &problem.smoothings[segment.run],
+                segment.time[k] - run.time[0],
+            );
             let slot = instant.slot;
             let force = smoothed.force[slot];
             let both = |value: &dyn Fn(&crate::diagnose::explanation::replay::Replay) -> f64| {

@@ -45,6 +45,10 @@ pub fn belt_scale(
     let known = &campaign.uncertainty;
     let (stated_std, run_std) = (known.belt_velocity_std, known.belt_velocity_run_std);
     let of_run = |run: &Run| -> Result<Option<(f64, f64)>, Error> {
+        // A belt at rest has no scale, and one whose speed varies no plateau.
+        if !run.sustains_itself() {
+            return Ok(None);
+        }
         let signal = trusted_signal(run);
         let h = run.sample_interval();
         let settings = Settings::default();

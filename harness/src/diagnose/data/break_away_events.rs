@@ -29,7 +29,10 @@ pub struct Event {
 /// The break-aways of a run, in the order of time. The force of each is carried on to the transition by a straight
 /// line from where the smoother can still follow.
 pub fn events(run: &Run, smoothing: &Smoothing) -> Vec<Event> {
-    let (belt, normal) = (run.belt_velocity, run.normal_force);
+    let normal = run.normal_force;
+    if normal == 0.0 {
+        return Vec::new();
+    }
     let smoothed = &smoothing.stick_slip.smoothed;
     let h = smoothed.sample_interval;
     let last = smoothed.force.len() - 1;
@@ -60,7 +63,7 @@ pub fn events(run: &Run, smoothing: &Smoothing) -> Vec<Event> {
             Some(Event {
                 force: carried(end - before - clear, end - clear, end)?,
                 beginning: carried(start + clear, start + clear + before, start)?,
-                place: belt * k as f64 * h - moved,
+                place: smoothing.belt_path.at(k as f64 * h) - moved,
                 dwell: end - start,
             })
         })

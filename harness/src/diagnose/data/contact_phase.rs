@@ -1,7 +1,7 @@
 //! What the contact does at an instant: stick, break-away, slip, arrival.
 
-use crate::measurement::Run;
-use crate::observer::{Phase, PhaseMode, StickSlip};
+use crate::diagnose::data::segment::Smoothing;
+use crate::observer::{Phase, PhaseMode};
 
 /// What the contact does at a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +61,8 @@ pub struct Instant {
 
 impl Instant {
     /// `time` in s since the run began, by its smoothed motion.
-    pub fn new(run: &Run, motion: &StickSlip, time: f64) -> Self {
+    pub fn new(smoothing: &Smoothing, time: f64) -> Self {
+        let motion = &smoothing.stick_slip;
         let smoothed = &motion.smoothed;
         let slot =
             ((time / smoothed.sample_interval).round() as usize).min(smoothed.force.len() - 1);
@@ -70,7 +71,7 @@ impl Instant {
         Self {
             slot,
             contact_phase: contact_phase(&motion.phases, time, speeding_up),
-            travel: run.belt_velocity * time - moved,
+            travel: smoothing.belt_path.at(time) - moved,
         }
     }
 }

@@ -4,10 +4,11 @@
 //! prediction depends on the model and not on rounding. Segments start far from transitions and follow one
 //! another over the whole run.
 
+use crate::diagnose::data::driven_motion::{BeltPath, driven_motion, sampled};
 use crate::error::Error;
 use crate::measurement::Run;
 use crate::observer::{
-    BeltVelocity, PhaseMode, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
+    BeltVelocity, PhaseMode, Smoothed, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
 };
 use serde::Serialize;
 
@@ -34,6 +35,8 @@ pub struct Segment {
     pub travel: f64,
     /// The same at the end of the segment.
     pub travel_end: f64,
+    /// Distance in m that the belt has run when the segment starts.
+    pub belt_distance: f64,
     /// Smoothed modal displacements in m and velocities in m/s: q_1, q_1', q_2, q_2', ...
     pub state: Vec<f64>,
 }
@@ -46,6 +49,8 @@ pub struct Smoothing {
     pub cycle: f64,
     /// Time in s of the run's first sample, from which the phases count.
     pub first_time: f64,
+    /// How far the belt has run.
+    pub belt_path: BeltPath,
 }
 
 /// The measured displacement on a uniform grid, m: NaN where a sample is missing or not to be trusted; smoothers bridge them.
@@ -75,23 +80,44 @@ pub fn trusted_signal(run: &Run) -> Vec<f64> {
 /// Sampling too slow for the modes and whatever else the smoother refuses.
 pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> {
     let h = run.sample_interval();
-    let signal = trusted_signal(run);
+    let mut signal = trusted_signal(run);
+    let count = signal.len();
+    let belt = run.inputs.belt_velocity.as_ref();
+    let belt = belt.map(|series| sampled(series, run, h, count));
+    let driven = driven_motion(structure, run, h, count).map(|modal| tip_motion(structure, modal));
+    // The structure is linear: what an external force does alone is taken off first, from the belt's velocity too, and put
+    // on again.
+    let mut relative_belt = belt.clone();
+    if let Some((_, [displacement, velocity])) = &driven {
+        let less = |values: &mut [f64], part: &[f64]| {
+            values.iter_mut().zip(part).for_each(|(v, p)| *v -= p);
+        };
+        less(&mut signal, displacement);
+        let belt = relative_belt.get_or_insert_with(|| vec![run.belt_velocity; count]);
+        less(belt, velocity);
+    }
     let settings = StickSlipSettings {
         rounds: 2,
         iterations: 4,
         ..StickSlipSettings::default()
     };
-    let stick_slip = smooth_stick_slip(
+    let mut stick_slip = smooth_stick_slip(
         structure,
         h,
         &signal,
-        BeltVelocity::Constant(run.belt_velocity),
+        match &relative_belt {
+            Some(belt) => BeltVelocity::Sampled(belt),
+            None => BeltVelocity::Constant(run.belt_velocity),
+        },
         &settings,
     )
     .map_err(|source| Error::Observer {
         run: run.name.clone(),
         source,
     })?;
+    if let Some((modal, tip)) = &driven {
+        add(&mut stick_slip.smoothed, modal, tip);
+    }
     let starts: Vec<f64> = stick_slip
         .phases
         .windows(2)
@@ -105,7 +131,45 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
         stick_slip,
         cycle,
         first_time: run.time[0],
+        belt_path: BeltPath::of(run, h, belt.as_deref()),
     })
+}
+
+/// Modal displacements and velocities, and those of the tip.
+type DrivenPart = ([Vec<Vec<f64>>; 2], [Vec<f64>; 2]);
+
+fn tip_motion(structure: &Structure, modal: [Vec<Vec<f64>>; 2]) -> DrivenPart {
+    let tip = |columns: &Vec<Vec<f64>>| {
+        let at = |k: usize| {
+            let modes = structure.modes().iter().zip(columns);
+            modes.map(|(mode, column)| mode.tip_value * column[k]).sum()
+        };
+        (0..columns[0].len()).map(at).collect()
+    };
+    let of_tip = [tip(&modal[0]), tip(&modal[1])];
+    (modal, of_tip)
+}
+
+/// Adds the motion that an external force makes to that of the friction force. The friction force stays as it is, and the
+/// acceleration of the tip becomes that of the sum by differences.
+fn add(smoothed: &mut Smoothed, modal: &[Vec<Vec<f64>>; 2], tip: &[Vec<f64>; 2]) {
+    let sum = |to: &mut [f64], part: &[f64]| to.iter_mut().zip(part).for_each(|(a, b)| *a += b);
+    for (to, part) in smoothed.q.iter_mut().zip(&modal[0]) {
+        sum(to, part);
+    }
+    for (to, part) in smoothed.q_dot.iter_mut().zip(&modal[1]) {
+        sum(to, part);
+    }
+    sum(&mut smoothed.displacement, &tip[0]);
+    sum(&mut smoothed.velocity, &tip[1]);
+    let (velocity, h) = (&tip[1], smoothed.sample_interval);
+    let last = velocity.len() - 1;
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+        (velocity[b] - velocity[a]) / (h * (b - a).max(1) as f64)
+    };
+    let acceleration: Vec<f64> = (0..=last).map(slope).collect();
+    sum(&mut smoothed.acceleration, &acceleration);
 }
 
 /// Distance in s from a transition that is far enough for a start, ...
@@ -176,7 +240,7 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
     let travel = |k: usize| {
         let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)]
             - s.smoothed.displacement[0];
-        run.belt_velocity * (run.time[k] - run.time[0]) - displacement
+        smoothing.belt_path.at(run.time[k] - run.time[0]) - displacement
     };
     starts
         .into_iter()
@@ -207,6 +271,7 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
                 dwell: if stuck { t - phase.start } else { 0.0 },
                 travel: travel(first),
                 travel_end: travel(end - 1),
+                belt_distance: smoothing.belt_path.at(run.time[first] - run.time[0]),
                 state,
             }
         })

@@ -1,6 +1,7 @@
 //! Samples of the smoothed motion in slip.
 
 use crate::diagnose::data::segment::Smoothing;
+use crate::measurement::Run;
 use crate::observer::PhaseMode;
 
 /// Time in s about a transition in which the smoothed force can't follow.
@@ -21,8 +22,11 @@ pub struct SlipSample {
     pub expected: f64,
 }
 
-/// Slip samples of one run over a belt of `belt` m/s, without what a characteristic expects.
-pub(crate) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
+/// Slip samples of one run, without what a characteristic expects; none where nothing is pressed on, so that nothing rubs.
+pub(crate) fn slip_of_run(run: &Run, smoothing: &Smoothing) -> Vec<SlipSample> {
+    if run.normal_force == 0.0 {
+        return Vec::new();
+    }
     let stick_slip = &smoothing.stick_slip;
     let smoothed = &stick_slip.smoothed;
     let h = smoothed.sample_interval;
@@ -37,7 +41,8 @@ pub(crate) fn slip_of_run(smoothing: &Smoothing, belt: f64) -> Vec<SlipSample> {
             if time > phase.start + CLEAR && time < phase.end - CLEAR {
                 out.push(SlipSample {
                     time,
-                    travel: belt * time - (smoothed.displacement[k] - smoothed.displacement[0]),
+                    travel: smoothing.belt_path.at(time)
+                        - (smoothed.displacement[k] - smoothed.displacement[0]),
                     relative_velocity: stick_slip.relative_velocity[k],
                     force: smoothed.force[k],
                     expected: f64::NAN,

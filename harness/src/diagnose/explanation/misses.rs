@@ -39,7 +39,7 @@ pub fn misses(problem: &Problem, replays: &BTreeMap<usize, Replay>) -> Vec<Miss>
         let trusted = (0..segment.time.len()).filter(|&k| segment.trusted[k]);
         for k in trusted.filter(|&k| replay.displacement[k].is_finite()) {
             let time = segment.time[k] - run.time[0];
-            let instant = Instant::new(run, motion, time);
+            let instant = Instant::new(&problem.smoothings[segment.run], time);
             let error = (segment.measured[k] - replay.displacement[k]).abs();
             out.push(Miss {
                 run: segment.run,

@@ -102,6 +102,7 @@ fn run_segment(
 fn observing(references: &References, output: u32) -> References {
     References {
         inputs: references.inputs,
+        external_force: references.external_force,
         measured: output,
         contact_mode: references.contact_mode,
         contact: references.contact,

@@ -12,12 +12,7 @@ const BINS: usize = 40;
 /// Slip samples of each run with the force that the free characteristic expects.
 pub fn slip_samples(problem: &Problem) -> Vec<Vec<SlipSample>> {
     let mut runs: Vec<Vec<SlipSample>> = (0..problem.campaign.runs.len())
-        .map(|r| {
-            slip_of_run(
-                &problem.smoothings[r],
-                problem.campaign.runs[r].belt_velocity,
-            )
-        })
+        .map(|r| slip_of_run(&problem.campaign.runs[r], &problem.smoothings[r]))
         .collect();
     let force = |r: usize| problem.campaign.runs[r].normal_force;
     let fastest = runs

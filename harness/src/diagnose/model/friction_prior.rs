@@ -63,7 +63,7 @@ impl FrictionPrior {
         let mut of_runs = Vec::new();
         let mut pooled = Vec::new();
         for (run, smoothing) in runs.iter().zip(smoothings) {
-            let slip = slip_of_run(smoothing, run.belt_velocity);
+            let slip = slip_of_run(run, smoothing);
             let pairs = slip.iter().map(|s| {
                 let v = s.relative_velocity.abs();
                 (v, s.force.abs() / (run.normal_force * expected(v)))

@@ -26,6 +26,8 @@ pub struct Choice {
 pub struct References {
     /// belt_velocity, normal_force.
     pub inputs: [u32; 2],
+    /// external_force, where the FMU has it.
+    pub external_force: Option<u32>,
     /// measured_displacement.
     pub measured: u32,
     /// contact_mode (an enumeration, 0 = stick).
@@ -58,6 +60,7 @@ impl References {
         }
         Ok(Self {
             inputs: [one("belt_velocity")?, one("normal_force")?],
+            external_force: one("external_force").ok(),
             measured: one("measured_displacement")?,
             contact_mode: one("contact_mode")?,
             contact: one("start.contact")?,
@@ -202,22 +205,30 @@ impl Hypothesis {
         let modes = structure.modes();
         for (j, mode) in modes.iter().enumerate() {
             let at = |item: &str| format!("mode[{}].{item}", j + 1);
-            shared.push(log(
-                at("frequency"),
-                "Hz",
+            let (frequency, damping) = (
                 reference(&at("frequency"))?,
-                mode.frequency_hz,
-                known.frequency(j),
-                1.06,
-            ));
-            shared.push(log(
-                at("damping_ratio"),
-                "1",
                 reference(&at("damping_ratio"))?,
-                mode.damping_ratio.max(1e-6),
-                known.damping_ratio(j),
-                30.0,
-            ));
+            );
+            if mode.is_free() {
+                fixed.extend([(frequency, 0.0), (damping, 0.0)]);
+            } else {
+                shared.push(log(
+                    at("frequency"),
+                    "Hz",
+                    frequency,
+                    mode.frequency_hz,
+                    known.frequency(j),
+                    1.06,
+                ));
+                shared.push(log(
+                    at("damping_ratio"),
+                    "1",
+                    damping,
+                    mode.damping_ratio.max(1e-6),
+                    known.damping_ratio(j),
+                    30.0,
+                ));
+            }
             fixed.push((reference(&at("tip_value"))?, mode.tip_value));
             shared.push(log(
                 at("mass"),
@@ -379,25 +390,57 @@ impl Hypothesis {
             extra_states,
             has_memory,
             modes: modes.len(),
-            state_scales: modes
-                .iter()
-                .flat_map(|m| [1.0, std::f64::consts::TAU * m.frequency_hz])
-                .collect(),
+            state_scales: modes.iter().flat_map(|m| [1.0, m.rate()]).collect(),
             input_scales,
         })
     }
 
-    /// Belt velocity in m/s and normal force in N of a run.
-    pub fn inputs(&self, run: &Run, shared: &[f64]) -> [f64; 2] {
-        let [belt, force] = self.input_scales.map(|i| self.shared[i].value(shared[i]));
-        [belt * run.belt_velocity, force * run.normal_force]
+    /// Inputs of a run by value reference: m/s and N. One with a series has its scale, by which the series acts.
+    pub fn inputs(
+        &self,
+        references: &References,
+        run: &Run,
+        shared: &[f64],
+    ) -> impl Iterator<Item = (u32, f64)> {
+        let [belt, force] = self.scales(shared);
+        let [belt_size, force_size] = sizes(run);
+        let push = match &run.inputs.external_force {
+            Some(_) => 1.0,
+            None => run.inputs.constant_external_force,
+        };
+        let pushed = references.external_force.filter(|_| push != 0.0);
+        [
+            (references.inputs[0], belt * belt_size),
+            (references.inputs[1], force * force_size),
+        ]
+        .into_iter()
+        .chain(pushed.map(move |reference| (reference, push)))
     }
 
-    /// Distance in m that belt and tip have moved against each other when a segment of a run starts: the belt's part grows with
-    /// its velocity.
-    pub fn travel(&self, run: &Run, segment: &Segment, shared: &[f64]) -> f64 {
-        let elapsed = segment.time[0] - run.time[0];
-        segment.travel + (self.inputs(run, shared)[0] - run.belt_velocity) * elapsed
+    /// Factors of belt velocity and normal force.
+    fn scales(&self, shared: &[f64]) -> [f64; 2] {
+        self.input_scales.map(|i| self.shared[i].value(shared[i]))
+    }
+
+    /// Value reference of an input with a series, and the factor of its series.
+    pub fn input_scale(&self, references: &References, name: &str, shared: &[f64]) -> (u32, f64) {
+        let [belt, force] = self.scales(shared);
+        match name {
+            "belt_velocity" => (references.inputs[0], belt),
+            "normal_force" => (references.inputs[1], force),
+            _ => (
+                references
+                    .external_force
+                    .expect("a campaign is checked for it"),
+                1.0,
+            ),
+        }
+    }
+
+    /// Distance in m that belt and tip have moved against each other when a segment starts: the belt's part grows with its
+    /// velocity.
+    pub fn travel(&self, segment: &Segment, shared: &[f64]) -> f64 {
+        segment.travel + (self.scales(shared)[0] - 1.0) * segment.belt_distance
     }
 
     /// Derivatives by the position of shared parameter `c` of all that is set from it in a segment of a run.
@@ -410,15 +453,14 @@ impl Hypothesis {
     ) -> Vec<(u32, f64)> {
         let parameter = &self.shared[c];
         let (slope, [belt, force]) = (parameter.slope(position), references.inputs);
+        let [belt_size, force_size] = sizes(run);
         if c == self.input_scales[0] {
-            let elapsed = segment.time[0] - run.time[0];
-            let by_speed = slope * run.belt_velocity;
             vec![
-                (belt, by_speed),
-                (references.history[0], by_speed * elapsed),
+                (belt, slope * belt_size),
+                (references.history[0], slope * segment.belt_distance),
             ]
         } else if c == self.input_scales[1] {
-            vec![(force, slope * run.normal_force)]
+            vec![(force, slope * force_size)]
         } else {
             parameter.changes(position).collect()
         }
@@ -428,4 +470,13 @@ impl Hypothesis {
     pub fn shared_index(&self, name: &str) -> Option<usize> {
         self.shared.iter().position(|k| k.name == name)
     }
+}
+
+/// What the scales of belt velocity in m/s and normal force in N act on: 1 where the input has a series, which the scale multiplies.
+fn sizes(run: &Run) -> [f64; 2] {
+    let of = |is_series: bool, constant: f64| if is_series { 1.0 } else { constant };
+    [
+        of(run.inputs.belt_velocity.is_some(), run.belt_velocity),
+        of(run.inputs.normal_force.is_some(), run.normal_force),
+    ]
 }

@@ -5,8 +5,9 @@ use crate::diagnose::model::hypothesis::{Hypothesis, References};
 use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
-use crate::fmu::{Directions, Fmu, Instance, Tangents};
+use crate::fmu::{Course, Directions, Drive, Fmu, Instance, Tangents};
 use crate::measurement::Run;
+use std::ops::Range;
 
 /// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
 const TOLERANCE: f64 = 1e-9;
@@ -32,12 +33,16 @@ pub struct Predictor<'a> {
     tangents: Option<Tangents>,
     directions: Directions,
     work: &'a Work,
+    /// Whether inputs can be given slopes.
+    has_slopes: bool,
     names: Vec<u32>,
     values: Vec<f64>,
     /// Largest distance from the mean in each run, m.
     reach: Vec<f64>,
     /// Time in s at which the last prediction ended.
     now: f64,
+    /// The last sample that it reached.
+    reached: usize,
 }
 
 impl<'a> Predictor<'a> {
@@ -52,8 +57,15 @@ impl<'a> Predictor<'a> {
         hypothesis: &'a Hypothesis,
         work: &'a Work,
     ) -> Result<Self, Error> {
+        let has_slopes = fmu.description().capabilities.can_interpolate_inputs;
+        let is_driven = runs.iter().any(|r| r.inputs.series().next().is_some());
         Ok(Self {
-            instance: fmu.instantiate("diagnosis")?,
+            instance: if is_driven && has_slopes {
+                fmu.instantiate_driven("diagnosis")?
+            } else {
+                fmu.instantiate("diagnosis")?
+            },
+            has_slopes,
             references,
             runs,
             hypothesis,
@@ -64,6 +76,7 @@ impl<'a> Predictor<'a> {
             values: Vec::new(),
             reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
             now: 0.0,
+            reached: 0,
         })
     }
 
@@ -86,10 +99,10 @@ impl<'a> Predictor<'a> {
         self.names.clear();
         self.values.clear();
         self.push(r.tolerance, TOLERANCE);
-        for (reference, value) in r.inputs.into_iter().zip(h.inputs(run, shared)) {
+        for (reference, value) in h.inputs(r, run, shared) {
             self.push(reference, value);
         }
-        self.push(r.history[0], h.travel(run, segment, shared));
+        self.push(r.history[0], h.travel(segment, shared));
         self.push(r.history[1], segment.dwell);
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
@@ -121,17 +134,47 @@ impl<'a> Predictor<'a> {
         )
     }
 
+    /// What drives run `run` over samples; empty where its inputs are constant.
+    fn drive(&self, run: usize, range: Range<usize>, shared: &[f64]) -> Option<Drive> {
+        let run = &self.runs[run];
+        run.inputs.series().next()?;
+        let (h, r) = (self.hypothesis, self.references);
+        let of_input = |name: &str| h.input_scale(r, name, shared);
+        Some(Drive::over(run, range, self.has_slopes, of_input))
+    }
+
     /// Puts the FMU at the start of a segment.
-    fn start(&mut self, segment: &Segment, values: SegmentValues) -> Result<(), Error> {
+    fn start(
+        &mut self,
+        segment: &Segment,
+        values: SegmentValues,
+        drive: Option<&Drive>,
+    ) -> Result<(), Error> {
         self.gather(segment, values);
         let (names, integers) = self.integers(values.stuck);
         self.instance.reset()?;
         self.instance.set_integer(&names, &integers)?;
         self.instance.set_real(&self.names, &self.values)?;
         let origin = self.runs[segment.run].time[0];
-        self.instance
-            .initialize(segment.time[0] - origin, None, None)
+        let begin = segment.time[0] - origin;
+        if let Some(drive) = drive {
+            drive.begin(&mut self.instance, begin)?;
+        }
+        self.instance.initialize(begin, None, None)
     }
+
+    /// Takes the instance from `now` to `next` in s.
+    fn advance(&mut self, drive: Option<&Drive>, now: f64, next: f64) -> Result<(), Error> {
+        match drive {
+            Some(drive) => drive.advance(&mut self.instance, now, next),
+            None => self.instance.do_step(now, next - now),
+        }
+    }
+}
+
+/// The samples of a segment within its run.
+fn samples_of(segment: &Segment) -> Range<usize> {
+    segment.first..segment.first + segment.time.len()
 }
 
 impl Simulator for Predictor<'_> {
@@ -173,9 +216,19 @@ impl Simulator for Predictor<'_> {
         let mut motion = vec![0.0; count];
         slopes.clear();
         slopes.resize(count * turns.len(), 0.0);
+        let drive = self.drive(segment.run, samples_of(segment), values.shared);
+        let course = drive.map_or_else(Course::default, |drive| {
+            drive.course(times[0], times[count - 1])
+        });
         let tangents = self.tangents.as_mut().expect("looked at above");
         tangents.set((&integers, &integer_values), (&self.names, &self.values))
-            && tangents.evaluate(&times, r.measured, &self.directions, &mut motion, slopes)
+            && tangents.evaluate(
+                (&times, &course),
+                r.measured,
+                &self.directions,
+                &mut motion,
+                slopes,
+            )
     }
 
     fn limit(&self, run: usize) -> f64 {
@@ -193,7 +246,8 @@ impl Simulator for Predictor<'_> {
         // Time of the campaign's runs counts from their own first sample.
         let origin = self.runs[segment.run].time[0];
         let mut t = segment.time[0] - origin;
-        self.start(segment, values)?;
+        let drive = self.drive(segment.run, samples_of(segment), values.shared);
+        self.start(segment, values, drive.as_ref())?;
         let r = self.references;
         out.clear();
         let mut y = [0.0];
@@ -201,7 +255,7 @@ impl Simulator for Predictor<'_> {
         out.push(y[0]);
         for k in (1..samples.count).map(|i| i * samples.stride) {
             let next = segment.time[k] - origin;
-            self.instance.do_step(t, next - t)?;
+            self.advance(drive.as_ref(), t, next)?;
             self.instance.get_real(&[r.measured], &mut y)?;
             if (y[0] - segment.measured[k]).abs() > self.limit(segment.run) {
                 // A motion that runs away would cost the time of a thousand others.
@@ -211,6 +265,7 @@ impl Simulator for Predictor<'_> {
             t = next;
         }
         self.now = t;
+        self.reached = segment.first + (samples.count - 1) * samples.stride;
         Ok(true)
     }
 
@@ -222,7 +277,9 @@ impl Simulator for Predictor<'_> {
     ) -> Result<SegmentStart, Error> {
         let t = next.time[0] - self.runs[next.run].time[0];
         if t > self.now {
-            self.instance.do_step(self.now, t - self.now)?;
+            let gap = self.reached..next.first + 1;
+            let drive = self.drive(next.run, gap, shared);
+            self.advance(drive.as_ref(), self.now, t)?;
         }
         let r = self.references;
         let modal = 2 * self.hypothesis.modes;
@@ -243,7 +300,8 @@ impl Simulator for Predictor<'_> {
                 state: &state,
                 stuck,
             };
-            self.start(next, values)?;
+            let drive = self.drive(next.run, samples_of(next), shared);
+            self.start(next, values, drive.as_ref())?;
             let mut equilibrium = vec![0.0; extra.len()];
             self.instance.get_real(&extra, &mut equilibrium)?;
             for (i, (value, rest)) in reached.iter().zip(&equilibrium).enumerate() {

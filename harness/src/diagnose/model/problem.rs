@@ -19,8 +19,9 @@ use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{Campaign, of_one_sensor};
+use crate::measurement::{Campaign, Run, of_one_sensor};
 use crate::metric::standard_deviation;
+use crate::observer::Structure;
 use crate::parallel::parallel;
 
 /// Shortest horizon of a prediction in s.
@@ -29,8 +30,18 @@ pub const HORIZON: f64 = 0.02;
 /// Segments of a run that are used at most: a second of the default case.
 const MOST_SEGMENTS: usize = 40;
 
+/// The same of a run with measured inputs: each of their samples ends a step of the integrator, so that a segment costs some twenty
+/// times as much.
+const MOST_DRIVEN_SEGMENTS: usize = 12;
+
 /// Neighbouring segments that are taken together where not all are.
 const GROUP: usize = 4;
+
+/// Samples of a segment for each component of its start state: a tenth of what is measured then goes into the start.
+const SAMPLES_OF_A_STATE: usize = 10;
+
+/// Samples of a segment where no mode has a spring, by whose period it could be measured: as many as [`HORIZON`] has at 10 kHz.
+const FREE_SAMPLES: f64 = 200.0;
 
 /// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
 const ALIKE: f64 = 100.0;
@@ -45,6 +56,30 @@ fn nothing_moves(campaign: &Campaign) -> Error {
         spread,
         noise,
     }
+}
+
+/// Horizon of a prediction in s: a cycle and a half of the lowest mode, most of the shortest stick-slip cycle, and enough samples
+/// to fit the start state from.
+fn horizon(runs: &[Run], structure: &Structure, smoothings: &[Smoothing]) -> f64 {
+    let shortest = smoothings
+        .iter()
+        .map(|s| s.cycle)
+        .filter(|c| c.is_finite())
+        .fold(f64::INFINITY, f64::min);
+    let shortest = if shortest.is_finite() { shortest } else { 0.0 };
+    let sprung = structure.modes().iter().filter(|m| !m.is_free());
+    let lowest = sprung.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+    let coarsest = runs.iter().map(Run::sample_interval).fold(0.0, f64::max);
+    let of_structure = if lowest.is_finite() {
+        1.6 / lowest
+    } else {
+        FREE_SAMPLES * coarsest
+    };
+    let states = 2 * structure.modes().len();
+    HORIZON
+        .max(of_structure)
+        .max(0.6 * shortest)
+        .max((SAMPLES_OF_A_STATE * states) as f64 * coarsest)
 }
 
 /// A diagnosis in progress.
@@ -111,6 +146,9 @@ impl<'a> Problem<'a> {
     pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let references = References::new(fmu, structure.modes().len())?;
+        if campaign.runs.iter().any(|run| run.inputs.pushes()) {
+            fmu.variable("external_force")?;
+        }
         let used = UsableRun::all(&campaign.runs);
         if !used.iter().any(|u| u.moves) {
             return Err(nothing_moves(campaign));
@@ -124,24 +162,20 @@ impl<'a> Problem<'a> {
         let (belt_scale, of_runs) = belt_scale(&campaign, &structure)?;
         for (run, factor) in campaign.runs.iter_mut().zip(of_runs) {
             run.belt_velocity *= factor;
+            if let Some(series) = &mut run.inputs.belt_velocity {
+                series.values.iter_mut().for_each(|v| *v *= factor);
+            }
         }
         let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
-        let shortest = smoothings
-            .iter()
-            .map(|s| s.cycle)
-            .filter(|c| c.is_finite())
-            .fold(f64::INFINITY, f64::min);
-        let shortest = if shortest.is_finite() { shortest } else { 0.0 };
-        let lowest = structure
-            .modes()
-            .iter()
-            .map(|m| m.frequency_hz)
-            .fold(f64::INFINITY, f64::min);
-        let horizon = HORIZON.max(1.6 / lowest).max(0.6 * shortest);
+        let horizon = horizon(&campaign.runs, &structure, &smoothings);
         let mut segments = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
             let of_run = cut(index, run, smoothing, horizon);
-            segments.extend(thin(of_run, smoothing, MOST_SEGMENTS, GROUP));
+            let most = match run.inputs.series().next() {
+                Some(_) => MOST_DRIVEN_SEGMENTS,
+                None => MOST_SEGMENTS,
+            };
+            segments.extend(thin(of_run, smoothing, most, GROUP));
         }
         let events: Vec<Vec<Event>> = campaign
             .runs

@@ -14,6 +14,8 @@
 use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::measurement::Campaign;
+use crate::metric::velocity;
+use crate::observer::Structure;
 
 /// Nodes of a curve.
 pub const NODES: usize = 8;
@@ -109,6 +111,9 @@ const DWELL: Argument = argument("dwell", "t_stick", "s");
 const PAST_SPEED: Argument = past("low_passed_v_r", "v_abs", "m/s");
 const PAST_POWER: Argument = past("low_passed_power", "abs(F*v_r)", "W");
 const PAST_DEFLECTION: Argument = past("low_passed_w", "abs(w)", "m");
+
+/// Samples to either side of one at which the fastest motion of a free mass is looked for.
+const SLOPE_HALF_WIDTH: usize = 5;
 
 /// All that are tried.
 const ALL: [(Place, Argument); 20] = [
@@ -295,7 +300,35 @@ pub(crate) fn latent(card: &EffectCard) -> Vec<Parameter> {
     (0..nodes.len()).map(of).collect()
 }
 
-/// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is the lowest natural frequency.
+/// Peak velocity in m/s of a harmonic motion of this amplitude in m and frequency in Hz.
+fn velocity_of(amplitude: f64, frequency_hz: f64) -> f64 {
+    amplitude * std::f64::consts::TAU * frequency_hz
+}
+
+/// A frequency in Hz by which the motions of a campaign are measured: the lowest natural one, or, where no mode has a spring, that
+/// of a harmonic motion as wide and as fast as the widest and the fastest measured.
+pub fn lowest_frequency(campaign: &Campaign, structure: &Structure) -> f64 {
+    let sprung = structure.modes().iter().filter(|m| !m.is_free());
+    let lowest = sprung.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+    if lowest.is_finite() {
+        return lowest;
+    }
+    let of_run = |run: &crate::measurement::Run| {
+        let speeds = velocity(&run.time, &run.displacement, SLOPE_HALF_WIDTH);
+        let fastest = speeds.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let (low, high) = run
+            .displacement
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| {
+                (l.min(*w), h.max(*w))
+            });
+        2.0 * fastest / (std::f64::consts::TAU * (high - low))
+    };
+    let highest = campaign.runs.iter().map(of_run).fold(0.0, f64::max);
+    if highest > 0.0 { highest } else { 1.0 }
+}
+
+/// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`].
 pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunction> {
     let runs = &campaign.runs;
     let most =
@@ -309,8 +342,25 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
     let belt = most(&|r| r.belt_velocity.abs());
     let force = most(&|r| r.normal_force);
     let mean_force = runs.iter().map(|r| r.normal_force).sum::<f64>() / runs.len().max(1) as f64;
+    // Where nothing rubs, forces are measured by the one that drives.
+    let push = |r: &crate::measurement::Run| {
+        let series = r.inputs.external_force.iter().flat_map(|s| &s.values);
+        series.fold(r.inputs.constant_external_force.abs(), |a, f| {
+            a.max(f.abs())
+        })
+    };
+    let mean_force = if mean_force > 0.0 {
+        mean_force
+    } else {
+        most(&push)
+    };
+    let sliding = if belt > 0.0 {
+        belt
+    } else {
+        velocity_of(half, lowest_hz)
+    };
     // A harmonic motion of this amplitude at the lowest natural frequency, or the belt, where that is faster.
-    let velocity = (half * std::f64::consts::TAU * lowest_hz).max(belt);
+    let velocity = velocity_of(half, lowest_hz).max(belt);
     let duration = most(&|r| r.time[r.time.len() - 1]);
     let range = |argument: Argument| match argument {
         DEFLECTION => (low, high),
@@ -320,7 +370,7 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
         // Stick lasts for a period or a few.
         DWELL => (0.0, 3.0 / lowest_hz),
         PAST_SPEED => (0.0, velocity),
-        PAST_POWER => (0.0, force * belt),
+        PAST_POWER => (0.0, force * sliding),
         _ => (0.0, high.abs().max(low.abs())),
     };
     let strength = |place: Place| match place {

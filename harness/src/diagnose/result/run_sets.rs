@@ -59,8 +59,9 @@ fn run_set(problem: &Problem, step: &Step, run: usize) -> RunSet {
 /// Everything that the FMU is given before each piece of a run, by name.
 fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
     let h = &step.fitted.hypothesis;
-    let inputs = h.inputs(&problem.campaign.runs[run], &point.shared);
-    let mut out: Vec<(u32, f64)> = problem.references.inputs.into_iter().zip(inputs).collect();
+    let of_run = &problem.campaign.runs[run];
+    let inputs = h.inputs(&problem.references, of_run, &point.shared);
+    let mut out: Vec<(u32, f64)> = inputs.collect();
     out.extend(&h.fixed);
     let shared = h.shared.iter().zip(&point.shared);
     let per_run = h.per_run[run].iter().zip(&point.per_run[run]);
@@ -116,7 +117,7 @@ fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) 
     let origin = problem.campaign.runs[segment.run].time[0];
     let contact = if point.stuck[place] { STICK } else { SLIP };
     let h = &step.fitted.hypothesis;
-    let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
+    let travel = h.travel(segment, &point.shared);
     let how = [contact, SETTLED, travel, segment.dwell];
     Piece {
         start: segment.time[0] - origin,

@@ -88,7 +88,7 @@ impl Record<'_> {
             }
         };
         // A force of the size of the signal in one period of mode 1, against noise 1e-2 to 1e-6.
-        let rate = self.structure.modes()[0].frequency_hz;
+        let rate = self.structure.modes()[0].rate() / std::f64::consts::TAU;
         let centre = (1e6 * rate).ln();
         let best = minimise(cost, centre, 5.0_f64.ln(), 12, 0.02);
         let (mut levels, terms) = levels_at(best);

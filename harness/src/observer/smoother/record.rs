@@ -71,12 +71,20 @@ impl<'a> Record<'a> {
     /// Start at the static deflection of the mean, with a wide covariance.
     fn start(&self) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.model.output.len();
-        let force = self.mean / self.structure.static_compliance();
+        // Where no spring holds the mass, its place says nothing of the force.
+        let force = if self.structure.is_free() {
+            0.0
+        } else {
+            self.mean / self.structure.static_compliance()
+        };
         let mut start = DVector::zeros(size);
         let mut covariance = DMatrix::zeros(size, size);
         let wide = 100.0 * (self.variance + 1e-4 * self.mean.powi(2));
         for (j, mode) in self.structure.modes().iter().enumerate() {
             start[2 * j] = mode.modal_compliance() * force;
+            if mode.is_free() {
+                start[2 * j] = self.mean / mode.tip_value;
+            }
             let q = wide / mode.tip_value.powi(2);
             covariance[(2 * j, 2 * j)] = q;
             covariance[(2 * j + 1, 2 * j + 1)] = q;
@@ -99,7 +107,7 @@ impl<'a> Record<'a> {
         };
         let q: Vec<Vec<f64>> = (0..modes.len()).map(|j| column(2 * j, 1.0)).collect();
         let q_dot: Vec<Vec<f64>> = (0..modes.len())
-            .map(|j| column(2 * j + 1, modes[j].angular_frequency()))
+            .map(|j| column(2 * j + 1, modes[j].rate()))
             .collect();
         let force = column(self.model.force_index, 1.0 / self.model.force_scale);
         let tip = |columns: &[Vec<f64>]| -> Vec<f64> {

@@ -46,6 +46,9 @@ pub struct DiscreteModel {
 impl Mode {
     /// Free motion over `tau`: `[q, q'/w]` goes to `e [q, q'/w]` (2 x 2, row by row).
     fn free_motion(&self, tau: f64) -> [[f64; 2]; 2] {
+        if self.is_free() {
+            return [[1.0, self.rate() * tau], [0.0, 1.0]];
+        }
         let w = self.angular_frequency();
         let root = (1.0 - self.damping_ratio.powi(2)).sqrt();
         let decay = (-self.damping_ratio * w * tau).exp();
@@ -73,12 +76,12 @@ impl Structure {
             velocity: self.velocity_output(force_model),
             force_index: 2 * self.modes.len(),
             force_scale: self.force_scale(),
-            slope_scale: self.force_scale() / self.modes[0].angular_frequency(),
+            slope_scale: self.force_scale() / self.modes[0].rate(),
         })
     }
 
     /// Exact transition matrix over `tau` (s) of the scaled state
-    /// `z = [q_1, q_1'/w_1, q_2, q_2'/w_2, ..., F x_s (, F' x_s / w_1)]`, all in m.
+    /// `z = [q_1, q_1'/w_1, q_2, q_2'/w_2, ..., F x_s (, F' x_s / w_1)]`, all in m, with [`Mode::rate`] for `w_j`.
     ///
     /// With these scales (and time in `1/sqrt(w_1 w_2)`) the observability matrix of the paper's
     /// beam has condition 270; in SI units it has 1e19.
@@ -86,20 +89,28 @@ impl Structure {
         let n = self.modes.len();
         let size = 2 * n + force_model.state_count();
         let x_s = self.force_scale();
-        let w_1 = self.modes[0].angular_frequency();
+        let w_1 = self.modes[0].rate();
         let mut a = DMatrix::identity(size, size);
         for (j, mode) in self.modes.iter().enumerate() {
             let e = mode.free_motion(tau);
-            let w = mode.angular_frequency();
+            let w = mode.rate();
             let s = mode.modal_compliance() / x_s;
-            // Constant force: the motion is free about the static deflection (s, 0).
-            let held = [(1.0 - e[0][0]) * s, -e[1][0] * s];
+            let wt = w * tau;
+            // Constant force: the motion is free about the static deflection (s, 0), or accelerates where no spring holds it.
+            let held = if mode.is_free() {
+                [0.5 * wt * wt * s, wt * s]
+            } else {
+                [(1.0 - e[0][0]) * s, -e[1][0] * s]
+            };
             for row in 0..2 {
                 a[(2 * j + row, 2 * j)] = e[row][0];
                 a[(2 * j + row, 2 * j + 1)] = e[row][1];
                 a[(2 * j + row, 2 * n)] = held[row];
             }
-            if force_model == ForceModel::IntegratedRandomWalk {
+            if force_model == ForceModel::IntegratedRandomWalk && mode.is_free() {
+                a[(2 * j, 2 * n + 1)] = s * w_1 * tau * wt * wt / 6.0;
+                a[(2 * j + 1, 2 * n + 1)] = 0.5 * s * w_1 * tau * wt;
+            } else if force_model == ForceModel::IntegratedRandomWalk {
                 // Rising force: free about the ramp (s (f - 2 D f'/w), s f'/w), f' = w_1 g.
                 let p = [-2.0 * mode.damping_ratio * s * w_1 / w, s * w_1 / w];
                 a[(2 * j, 2 * n + 1)] = p[0] - e[0][0] * p[0] - e[0][1] * p[1] + s * w_1 * tau;
@@ -145,7 +156,7 @@ impl Structure {
     fn velocity_output(&self, force_model: ForceModel) -> DVector<f64> {
         let mut c = DVector::zeros(2 * self.modes.len() + force_model.state_count());
         for (j, mode) in self.modes.iter().enumerate() {
-            c[2 * j + 1] = mode.tip_value * mode.angular_frequency();
+            c[2 * j + 1] = mode.tip_value * mode.rate();
         }
         c
     }

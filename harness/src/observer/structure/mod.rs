@@ -16,10 +16,13 @@ pub const MODE_LIMIT: usize = 16;
 /// Least number of samples per period of the highest mode.
 const SAMPLES_PER_PERIOD: f64 = 2.5;
 
+/// Rate in 1/s by which the motion of a mode without a spring is scaled: 16 Hz, among the modes of rigs that rub.
+const FREE_RATE: f64 = 100.0;
+
 /// One vibration mode as seen at the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// Natural frequency `f_j` in Hz.
+    /// Natural frequency `f_j` in Hz; 0 for a mass that slides freely.
     pub frequency_hz: f64,
     /// Damping ratio `D_j` (1), at least 0 and below 1.
     pub damping_ratio: f64,
@@ -35,9 +38,24 @@ impl Mode {
         2.0 * PI * self.frequency_hz
     }
 
-    /// Static modal deflection per force at the tip, `phi_j / (m_j w_j^2)` in m/N.
+    /// Rate in 1/s by which velocities of the mode are scaled: its angular frequency, or a fixed one where it has no spring.
+    pub fn rate(&self) -> f64 {
+        if self.is_free() {
+            FREE_RATE
+        } else {
+            self.angular_frequency()
+        }
+    }
+
+    /// Whether it has no spring.
+    pub fn is_free(&self) -> bool {
+        self.frequency_hz == 0.0
+    }
+
+    /// Static modal deflection per force at the tip, `phi_j / (m_j w_j^2)` in m/N; with [`Self::rate`] for `w_j` a scale
+    /// where the mode has no spring.
     pub fn modal_compliance(&self) -> f64 {
-        self.tip_value / (self.mass_kg * self.angular_frequency().powi(2))
+        self.tip_value / (self.mass_kg * self.rate().powi(2))
     }
 }
 
@@ -210,6 +228,11 @@ impl Structure {
         self.modes[0].modal_compliance()
     }
 
+    /// Whether a mode has no spring, so that a constant force leads to no deflection at rest.
+    pub fn is_free(&self) -> bool {
+        self.modes.iter().any(Mode::is_free)
+    }
+
     /// Checks that the sample interval (s) resolves every mode.
     pub fn check_sampling(&self, sample_interval: f64) -> Result<(), ObserverError> {
         if !(sample_interval > 0.0 && sample_interval.is_finite()) {
@@ -242,12 +265,12 @@ fn check_mode(number: usize, mode: &Mode) -> Result<(), ObserverError> {
             rule,
         })
     };
-    if !(mode.frequency_hz > 0.0 && mode.frequency_hz.is_finite()) {
+    if !(mode.frequency_hz >= 0.0 && mode.frequency_hz.is_finite()) {
         return bad(
             "natural frequency",
             mode.frequency_hz,
             "Hz",
-            "must be above 0",
+            "must be at least 0",
         );
     }
     if !(0.0..1.0).contains(&mode.damping_ratio) {

@@ -63,7 +63,9 @@ pub fn recommend(
     problem: &Problem,
     rivals: &[&FittedModel],
 ) -> Result<Option<NextMeasurement>, Error> {
-    if rivals.len() < 2 {
+    // Another operating point is asked of the motion that keeps itself going; what drives a run would be another too.
+    let is_plain = problem.campaign.runs.iter().all(Run::sustains_itself);
+    if rivals.len() < 2 || !is_plain {
         return Ok(None);
     }
     let rivals = &rivals[..rivals.len().min(MOST_RIVALS)];

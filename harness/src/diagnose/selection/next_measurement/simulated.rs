@@ -62,6 +62,7 @@ pub(crate) fn simulated(
         dwell: 0.0,
         travel: 0.0,
         travel_end: 0.0,
+        belt_distance: 0.0,
         state,
     };
     let mut predictor = Predictor::new(

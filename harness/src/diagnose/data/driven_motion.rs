@@ -1,0 +1,216 @@
+//! What measured inputs do by themselves: how far the belt has run, and the motion that an external force alone makes of a
+//! structure without friction.
+
+use crate::measurement::{InputSeries, InputTrack, Run};
+use crate::observer::{ForceModel, Structure};
+use nalgebra::{DMatrix, DVector};
+
+/// Distance that the belt of a run has passed.
+pub enum BeltPath {
+    /// At a constant velocity in m/s.
+    Even(f64),
+    /// At a velocity that was measured.
+    Uneven {
+        /// Interval of the distances in s.
+        interval: f64,
+        /// Distance in m since the run began.
+        distance: Vec<f64>,
+    },
+}
+
+impl BeltPath {
+    /// Of a run whose belt has the velocities `belt` in m/s at an `interval` in s, where they vary.
+    pub fn of(run: &Run, interval: f64, belt: Option<&[f64]>) -> Self {
+        let Some(belt) = belt else {
+            return Self::Even(run.belt_velocity);
+        };
+        let mut passed = 0.0;
+        let steps = belt.windows(2).map(|v| 0.5 * interval * (v[0] + v[1]));
+        let distance = std::iter::once(0.0).chain(steps.map(|step| {
+            passed += step;
+            passed
+        }));
+        Self::Uneven {
+            interval,
+            distance: distance.collect(),
+        }
+    }
+
+    /// Distance in m at `time` in s since the run began.
+    pub fn at(&self, time: f64) -> f64 {
+        match self {
+            Self::Even(velocity) => velocity * time,
+            Self::Uneven { interval, distance } => {
+                let last = distance.len() - 1;
+                let place = (time / interval).clamp(0.0, last as f64);
+                let k = (place.floor() as usize).min(last.saturating_sub(1));
+                let next = distance[(k + 1).min(last)];
+                distance[k] + (place - k as f64) * (next - distance[k])
+            }
+        }
+    }
+}
+
+/// An input of a run at `count` instants an `interval` in s apart, in its own unit.
+pub fn sampled(series: &InputSeries, run: &Run, interval: f64, count: usize) -> Vec<f64> {
+    let track = track(series, run);
+    let at = |k: usize| {
+        let t = k as f64 * interval;
+        track.piece(t, t).0
+    };
+    (0..count).map(at).collect()
+}
+
+fn track(series: &InputSeries, run: &Run) -> InputTrack {
+    let since: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
+    InputTrack::of(series, &since, f64::NEG_INFINITY)
+}
+
+/// Modal motion that the external force of a run alone makes, from rest: with friction, the motion is the sum of this one and
+/// that of the friction force alone, since the structure is linear.
+///
+/// ```text
+/// q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F_ext / m_j,   q_j(0) = q_j'(0) = 0
+/// ```
+///
+/// q_j in m and q_j' in m/s at `count` instants an `interval` in s apart, mode after mode; `None` without such a force. Exact for
+/// a force that is a straight line from knot to knot.
+pub fn driven_motion(
+    structure: &Structure,
+    run: &Run,
+    interval: f64,
+    count: usize,
+) -> Option<[Vec<Vec<f64>>; 2]> {
+    let track = run.inputs.external_force.as_ref().map(|s| track(s, run));
+    let constant = run.inputs.constant_external_force;
+    if track.is_none() && constant == 0.0 {
+        return None;
+    }
+    let modes = structure.modes();
+    let model = ForceModel::IntegratedRandomWalk;
+    let (force, slope) = (2 * modes.len(), 2 * modes.len() + 1);
+    let scale = structure.force_scale();
+    let slope_scale = scale / modes[0].rate();
+    let mut known: Option<(f64, DMatrix<f64>)> = None;
+    let mut z = DVector::zeros(2 * modes.len() + 2);
+    let mut q = vec![vec![0.0; count]; modes.len()];
+    let mut q_dot = q.clone();
+    for k in 1..count {
+        let (mut t, next) = ((k - 1) as f64 * interval, k as f64 * interval);
+        // Rounding of sums of times makes no piece.
+        let sliver = 1e-6 * interval;
+        while t < next - sliver {
+            let knot = track.as_ref().and_then(|track| track.next_knot(t + sliver));
+            let end = knot.filter(|knot| *knot < next - sliver).unwrap_or(next);
+            let (value, rate) = match &track {
+                Some(track) => track.piece(t, end),
+                None => (constant, 0.0),
+            };
+            z[force] = scale * value;
+            z[slope] = slope_scale * rate;
+            let tau = end - t;
+            let transition = match &known {
+                Some((of, transition)) if (of - tau).abs() < sliver => transition,
+                _ => &known.insert((tau, structure.transition(model, tau))).1,
+            };
+            z = transition * z;
+            t = end;
+        }
+        for (j, mode) in modes.iter().enumerate() {
+            q[j][k] = z[2 * j];
+            q_dot[j][k] = z[2 * j + 1] * mode.rate();
+        }
+    }
+    Some([q, q_dot])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::{InputSignals, Interpolation, Noise, Sampling};
+    use crate::observer::Mode;
+
+    /// A run pushed by `force`, sampled every ms.
+    fn pushed(force: impl Fn(f64) -> f64, belt: Option<fn(f64) -> f64>) -> Run {
+        let time: Vec<f64> = (0..1001).map(|k| 2.0 + 1e-3 * f64::from(k)).collect();
+        let series = |of: &dyn Fn(f64) -> f64| InputSeries {
+            column: "input".into(),
+            values: time.iter().map(|t| of(t - 2.0)).collect(),
+            interpolation: Interpolation::Linear,
+        };
+        Run {
+            name: "pushed".into(),
+            file: "pushed.csv".into(),
+            role: None,
+            belt_velocity: 0.1,
+            normal_force: 0.0,
+            inputs: InputSignals {
+                belt_velocity: belt.map(|of| series(&of)),
+                external_force: Some(series(&force)),
+                ..InputSignals::default()
+            },
+            displacement: vec![0.0; time.len()],
+            sampling: Sampling::of(&time),
+            noise: Noise {
+                std: 1e-6,
+                resolution: 1e-9,
+            },
+            time,
+            faults: Vec::new(),
+            understood: None,
+        }
+    }
+
+    fn structure(modes: &[(f64, f64, f64, f64)]) -> Structure {
+        let mode = |&(frequency_hz, damping_ratio, mass_kg, tip_value)| Mode {
+            frequency_hz,
+            damping_ratio,
+            mass_kg,
+            tip_value,
+        };
+        Structure::new(modes.iter().map(mode).collect()).unwrap()
+    }
+
+    #[test]
+    fn val_a_force_that_rises_moves_a_spring_and_a_free_mass_as_the_closed_forms_say() {
+        // Source: closed forms, x = a t^3/6 of a free mass and (c/k)(t - sin(w t)/w) of an undamped spring under F = c t.
+        let (mass, w) = (0.5, std::f64::consts::TAU * 10.0);
+        let run = pushed(|t| 3.0 * t, None);
+        let both = structure(&[(0.0, 0.0, mass, 2.0), (10.0, 0.0, mass, -2.0)]);
+        let [q, q_dot] = driven_motion(&both, &run, 1e-3, 1001).unwrap();
+        for k in [0, 17, 500, 1000] {
+            let t = 1e-3 * k as f64;
+            let free = [
+                2.0 * 3.0 * t.powi(3) / 6.0 / mass,
+                2.0 * 3.0 * t * t / 2.0 / mass,
+            ];
+            let stiffness = mass * w * w;
+            let spring = [
+                -2.0 * 3.0 / stiffness * (t - (w * t).sin() / w),
+                -2.0 * 3.0 / stiffness * (1.0 - (w * t).cos()),
+            ];
+            for (found, truth) in [
+                (q[0][k], free[0]),
+                (q_dot[0][k], free[1]),
+                (q[1][k], spring[0]),
+                (q_dot[1][k], spring[1]),
+            ] {
+                assert!((found - truth).abs() < 1e-9, "{t} s: {found} {truth}");
+            }
+        }
+        let mut plain = run;
+        plain.inputs = InputSignals::default();
+        assert!(driven_motion(&both, &plain, 1e-3, 1001).is_none());
+    }
+
+    #[test]
+    fn a_belt_that_speeds_up_has_passed_its_integral() {
+        let run = pushed(|_| 0.0, Some(|t| 0.1 + 0.4 * t));
+        let series = run.inputs.belt_velocity.as_ref().unwrap();
+        let belt = sampled(series, &run, 1e-3, 1001);
+        let path = BeltPath::of(&run, 1e-3, Some(&belt));
+        assert!((path.at(0.5) - (0.05 + 0.05)).abs() < 1e-12);
+        assert!((path.at(0.5005) - (0.05005 + 0.2 * 0.5005_f64.powi(2))).abs() < 1e-6);
+        assert_eq!(BeltPath::of(&run, 1e-3, None).at(2.0), 0.2);
+    }
+}
