@@ -1,4 +1,4 @@
-"""coupling_error.svg: how the error of the coupled system falls with the communication step, and the README's table.
+"""coupling_error.svg: how the error of the coupled system falls with the communication step, and the table of docs/system.md.
 
 Runs the command, and the masters of tests/val_system.rs in the environment that the test installs:
     python3 docs/figures/coupling_error.py [path of stickslip] [path of the environment's python]

@@ -1,8 +1,11 @@
-//! What README.md says that commands print is what they print, figures included.
-//! `UPDATE_README=1 cargo test --release -p stickslip --test readme_outputs` writes it anew.
+//! The outputs of commands shown in README.md and in docs/ are what the commands print, figures included.
+//! `UPDATE_README=1 cargo test --release -p stickslip --test readme_outputs` rewrites them.
 //!
 //! An output stands between two marks, `<!-- output of: COMMAND -->` and `<!-- end of output -->`, as an indented block, and
-//! nothing else does. Lines longer than `WIDTH` are wrapped, since summaries are.
+//! nothing else does. Prose longer than `WIDTH` is wrapped; rows of tables are not.
+
+#[path = "../../tests/src/pages.rs"]
+mod pages;
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -10,38 +13,60 @@ use std::process::Command;
 
 const BEGIN: &str = "<!-- output of: ";
 const END: &str = "<!-- end of output -->";
-/// Characters in a line of an output.
-const WIDTH: usize = 130;
+/// Characters in a line of prose in an output: 100 with the indentation.
+const WIDTH: usize = 96;
+/// The page with the user-defined effect that commands use.
+const OWN_EFFECT: &str = "docs/own-effects.md";
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// One output that README.md shows.
+/// One output that a page shows.
 struct Shown {
     command: String,
-    /// Where its block stands in the text.
+    /// Its block in the text of the page.
     block: std::ops::Range<usize>,
 }
 
-fn outputs(readme: &str) -> Vec<Shown> {
-    readme
-        .match_indices(BEGIN)
+fn outputs(page: &str) -> Vec<Shown> {
+    page.match_indices(BEGIN)
         .map(|(at, _)| {
             let command = at + BEGIN.len();
-            let closes = command + readme[command..].find(" -->").expect("a mark is closed");
+            let closes = command + page[command..].find(" -->").expect("a mark is closed");
             let begin = closes + " -->\n".len();
-            let end = begin + readme[begin..].find(END).expect("an output has an end");
+            let end = begin + page[begin..].find(END).expect("an output has an end");
             Shown {
-                command: readme[command..closes].to_owned(),
+                command: page[command..closes].to_owned(),
                 block: begin..end,
             }
         })
         .collect()
 }
 
-/// A folder as a user has it: with the demonstration and the effect that README.md describes.
-fn workplace(readme: &str) -> tempfile::TempDir {
+/// A page of the documentation and its text.
+struct Page {
+    path: PathBuf,
+    text: String,
+}
+
+/// The pages that show an output. Each is locked while it is read, against other tests that write it, in this process
+/// or another.
+fn pages_with_outputs() -> Vec<Page> {
+    let mut found = Vec::new();
+    for path in pages::pages(&root()) {
+        let lock = File::open(&path).unwrap();
+        lock.lock().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        if !outputs(&text).is_empty() {
+            found.push(Page { path, text });
+        }
+    }
+    found
+}
+
+/// A folder as a user has it: with the demonstration and the user-defined effect of the documentation.
+fn workplace() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let demo = folder.path().join("reference-data/demo");
     std::fs::create_dir_all(&demo).unwrap();
@@ -49,9 +74,9 @@ fn workplace(readme: &str) -> tempfile::TempDir {
         let path = entry.unwrap().path();
         std::fs::copy(&path, demo.join(path.file_name().unwrap())).unwrap();
     }
-    let begin = readme.find("```toml\n").expect("the effect of one's own") + 8;
-    let end = begin + readme[begin..].find("```").expect("its end");
-    std::fs::write(folder.path().join("belt_ribs.toml"), &readme[begin..end]).unwrap();
+    let page = std::fs::read_to_string(root().join(OWN_EFFECT)).unwrap();
+    let effect = pages::toml_example(&page);
+    std::fs::write(folder.path().join("belt_ribs.toml"), effect).unwrap();
     folder
 }
 
@@ -76,7 +101,7 @@ fn printed_by(command: &str, folder: &Path) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What a library needs of the system is the builder's, and not for the README to say.
+/// What a library needs of the system depends on the builder, so no page shows it.
 const OF_THE_MACHINE: &str = "needs glibc";
 
 /// A text as an indented block.
@@ -89,14 +114,19 @@ fn block(text: &str) -> String {
     format!("\n{}\n", indented.collect::<String>())
 }
 
-/// A line in pieces of `WIDTH` characters at most where it has spaces.
+/// A line in pieces of `WIDTH` characters at most where it has spaces; a row of a table, which aligns its columns with
+/// three spaces or more, as it is.
 fn wrapped(line: &str) -> Vec<String> {
+    if line.trim().contains("   ") {
+        return vec![line.to_owned()];
+    }
+    let indent = &line[..line.len() - line.trim_start().len()];
     let mut out = vec![String::new()];
     for word in line.split_inclusive(' ') {
         let last = out.last_mut().expect("there is one");
         let length = last.chars().count() + word.trim_end().chars().count();
         if length > WIDTH && !last.trim().is_empty() {
-            out.push(word.to_owned());
+            out.push(format!("{indent}{word}"));
         } else {
             last.push_str(word);
         }
@@ -105,35 +135,29 @@ fn wrapped(line: &str) -> Vec<String> {
 }
 
 #[test]
-fn outputs_in_the_readme_are_what_the_commands_print() {
-    let path = root().join("README.md");
-    // Held against other tests that write the README, in this process or another.
-    let lock = File::open(&path).unwrap();
-    lock.lock().unwrap();
-    let readme = std::fs::read_to_string(&path).unwrap();
-    drop(lock);
-    let folder = workplace(&readme);
-    let shown = outputs(&readme);
-    assert!(shown.len() > 4, "{} outputs", shown.len());
-    let real: Vec<String> = shown
-        .iter()
-        .map(|s| block(&printed(&s.command, folder.path())))
-        .collect();
-    if std::env::var_os("UPDATE_README").is_some() {
-        return update(&path, &shown, &real);
+fn outputs_in_the_documentation_are_what_the_commands_print() {
+    let folder = workplace();
+    let (mut differing, mut count) = (Vec::new(), 0);
+    for Page { path, text } in pages_with_outputs() {
+        let shown = outputs(&text);
+        count += shown.len();
+        let real: Vec<String> = shown
+            .iter()
+            .map(|s| block(&printed(&s.command, folder.path())))
+            .collect();
+        if std::env::var_os("UPDATE_README").is_some() {
+            update(&path, &shown, &real);
+            continue;
+        }
+        for (s, real) in shown.iter().zip(&real) {
+            let has = &text[s.block.clone()];
+            if has != real {
+                let (command, page) = (&s.command, path.display());
+                differing.push(format!("{command}\nprints{real}{page} has{has}"));
+            }
+        }
     }
-    let differing: Vec<String> = shown
-        .iter()
-        .zip(&real)
-        .filter(|(s, real)| readme[s.block.clone()] != ***real)
-        .map(|(s, real)| {
-            format!(
-                "{}\nprints{real}README.md has{}",
-                s.command,
-                &readme[s.block.clone()]
-            )
-        })
-        .collect();
+    assert!(count > 6, "{count} outputs");
     assert!(
         differing.is_empty(),
         "{}\nIf the new output is right: UPDATE_README=1 cargo test --release -p stickslip --test readme_outputs",
@@ -141,16 +165,16 @@ fn outputs_in_the_readme_are_what_the_commands_print() {
     );
 }
 
-/// Puts the real outputs in place of those shown, in the README as it is by now.
+/// Replaces the outputs shown by the real ones, in the page as it is by now.
 fn update(path: &Path, shown: &[Shown], real: &[String]) {
     let lock = File::open(path).unwrap();
     lock.lock().unwrap();
-    let mut readme = std::fs::read_to_string(path).unwrap();
+    let mut page = std::fs::read_to_string(path).unwrap();
     for (s, real) in shown.iter().zip(real).rev() {
-        let now = outputs(&readme);
+        let now = outputs(&page);
         let place = now.iter().rfind(|o| o.command == s.command);
-        let place = place.expect("README.md lost an output meanwhile");
-        readme.replace_range(place.block.clone(), real);
+        let place = place.expect("the page lost an output meanwhile");
+        page.replace_range(place.block.clone(), real);
     }
-    std::fs::write(path, readme).unwrap();
+    std::fs::write(path, page).unwrap();
 }

@@ -2,6 +2,7 @@
 //! through its C interface alone.
 
 pub mod exchange;
+pub mod pages;
 pub mod peers;
 pub mod slave;
 pub mod tangent;
