@@ -10,6 +10,7 @@ use super::given_campaign::Forced;
 use super::progress::Progress;
 use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
+use crate::diagnose::model::acting::acting;
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::library;
@@ -146,6 +147,7 @@ pub fn diagnose(
     watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
     problem.unknown_functions = unknown;
+    problem.acts = acting(&problem)?;
     let inputs = Provenance::of_campaign(campaign, fmu.path())?;
     let inputs = format!(
         "{} {} {hold_out:?} {:?}",

@@ -1,5 +1,6 @@
 //! Hypotheses and their parameters, and the simulator that predicts segments.
 
+pub mod acting;
 pub mod belt_profile;
 pub mod effect_card;
 pub mod finished_work;

@@ -94,6 +94,8 @@ pub struct Problem<'a> {
     stated_belt_velocities: Vec<f64>,
     /// Effects that the model offers.
     pub catalogue: Vec<EffectCard>,
+    /// Whether each of them can act in this campaign; all, before it was asked.
+    pub acts: Vec<bool>,
     /// Names looked up.
     pub references: References,
     /// Each run's motion and force, estimated without a friction law.
@@ -215,8 +217,10 @@ impl<'a> Problem<'a> {
         let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
         let noise = of_one_sensor(&estimates);
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
+        let catalogue = candidates(fmu)?;
         let problem = Self {
-            catalogue: candidates(fmu)?,
+            acts: vec![true; catalogue.len()],
+            catalogue,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
             noise,
@@ -297,6 +301,8 @@ impl<'a> Problem<'a> {
     /// An annotation of effects that can't be read.
     pub fn widen(&mut self, fmu: &'a Fmu, formula_files: Vec<String>) -> Result<(), Error> {
         self.catalogue = candidates(fmu)?;
+        // What is added was found in this campaign.
+        self.acts.resize(self.catalogue.len(), true);
         self.fmu = fmu;
         self.formula_files = formula_files;
         Ok(())

@@ -33,10 +33,10 @@ pub fn all_variants(problem: &Problem) -> Vec<Choice> {
     variants_of(problem, |effect| !is_library_effect(&effect.id))
 }
 
-/// All ways to choose one of the effects `wanted`.
+/// All ways to choose one of the effects `wanted` that can act in the campaign.
 pub fn variants_of(problem: &Problem, wanted: impl Fn(&EffectCard) -> bool) -> Vec<Choice> {
     (0..problem.catalogue.len())
-        .filter(|&effect| wanted(&problem.catalogue[effect]))
+        .filter(|&effect| problem.acts[effect] && wanted(&problem.catalogue[effect]))
         .flat_map(|effect| variants(problem, effect))
         .collect()
 }
