@@ -29,7 +29,6 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
             Err(Error::EmptyColumn { rows, .. }) => Ok(vec![f64::NAN; rows]),
             Err(error) => return Err(error),
         };
-        // Trouble is found by the first of many samples: the times come first in most files.
         let mut channel = Channel::new(&name.full, Vec::new());
         if let Some(unit) = name.unit {
             channel.unit = Some(unit);

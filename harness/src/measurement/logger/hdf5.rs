@@ -67,7 +67,7 @@ impl Reader {
     ) -> Result<(), Trouble> {
         let even = even(&group.attrs().unwrap_or_default()).or(above);
         let mut sets = group.datasets().map_err(damaged)?;
-        sets.sort_by(|a, b| a.to_lowercase().cmp(&b.to_lowercase()));
+        sets.sort_by_key(|name| name.to_lowercase());
         for name in sets {
             if self.found.channels.len() >= MOST_SETS {
                 return Ok(());

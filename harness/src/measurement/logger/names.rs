@@ -113,11 +113,15 @@ pub fn taken_apart(full: &str) -> (String, Option<Unit>, Option<String>) {
     }
 }
 
-/// The unit behind the last underscore, of those that names alone have: `t_ms`, `x_um`. SI units need none.
+/// The unit behind the last underscore: `t_ms`, `x_um`. Short ones count in names that leave no doubt.
 fn of_suffix(name: &str) -> Option<Unit> {
     let lower = name.to_lowercase();
     let known = [
+        ("time_s", "s"),
+        ("displacement_m", "m"),
+        ("force_n", "N"),
         ("_mm_per_s", "mm/s"),
+        ("_m_per_s", "m/s"),
         ("_ms", "ms"),
         ("_us", "us"),
         ("_mm", "mm"),

@@ -27,11 +27,13 @@ pub fn read(bytes: Vec<u8>) -> Result<Found, Trouble> {
         }
         let mut values = Vec::new();
         let mut is_number = true;
+        let per_second = instants(column);
+        let mut origin = per_second.is_none().then_some(0);
         for group in 0..reader.num_row_groups() {
             let group = reader.get_row_group(group).map_err(damaged)?;
             let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             let column = group.get_column_reader(at).map_err(damaged)?;
-            match numbers(column, rows).map_err(|e| damaged(e).of(&name))? {
+            match numbers(column, rows, &mut origin).map_err(|e| damaged(e).of(&name))? {
                 Some(part) if part.len() == rows => values.extend(part),
                 Some(part) => {
                     return Err(Trouble::damaged(format!(
@@ -50,12 +52,9 @@ pub fn read(bytes: Vec<u8>) -> Result<Found, Trouble> {
             continue;
         }
         let mut channel = Channel::new(&name, values);
-        if let Some(per_second) = instants(column) {
-            let first = channel.samples().first().copied().unwrap_or(0.0);
+        if let Some(per_second) = per_second {
             if let Ok(values) = &mut channel.values {
-                values
-                    .iter_mut()
-                    .for_each(|v| *v = (*v - first) / per_second);
+                values.iter_mut().for_each(|v| *v /= per_second);
             }
             channel = channel.with_unit("s");
         }
@@ -64,12 +63,19 @@ pub fn read(bytes: Vec<u8>) -> Result<Found, Trouble> {
     Ok(found)
 }
 
-/// Values of one row group; NaN where one is missing. `None` for texts and others that are no numbers.
-fn numbers(reader: ColumnReader, rows: usize) -> Result<Option<Vec<f64>>, ParquetError> {
+/// Values of one row group; NaN where one is missing. `None` for texts and others that are no numbers. Of 64-bit numbers the
+/// `origin` is taken off, the first of them where there is none yet: instants in ns have more digits than an f64.
+fn numbers(
+    reader: ColumnReader,
+    rows: usize,
+    origin: &mut Option<i64>,
+) -> Result<Option<Vec<f64>>, ParquetError> {
     Ok(Some(match reader {
         ColumnReader::BoolColumnReader(r) => all(r, rows, |v| f64::from(u8::from(*v)))?,
         ColumnReader::Int32ColumnReader(r) => all(r, rows, |v| f64::from(*v))?,
-        ColumnReader::Int64ColumnReader(r) => all(r, rows, |v| *v as f64)?,
+        ColumnReader::Int64ColumnReader(r) => all(r, rows, |v| {
+            v.wrapping_sub(*origin.get_or_insert(*v)) as f64
+        })?,
         ColumnReader::FloatColumnReader(r) => all(r, rows, |v| f64::from(*v))?,
         ColumnReader::DoubleColumnReader(r) => all(r, rows, |v| *v)?,
         _ => return Ok(None),
@@ -79,7 +85,7 @@ fn numbers(reader: ColumnReader, rows: usize) -> Result<Option<Vec<f64>>, Parque
 fn all<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,
-    number: impl Fn(&T::T) -> f64,
+    mut number: impl FnMut(&T::T) -> f64,
 ) -> Result<Vec<f64>, ParquetError> {
     let (mut values, mut levels, mut out) = (Vec::new(), Vec::new(), Vec::new());
     while out.len() < rows {
@@ -92,14 +98,14 @@ fn all<T: DataType>(
         }
         // Without levels every value is there.
         if values.len() == records {
-            out.extend(values.iter().map(&number));
+            out.extend(values.iter().map(&mut number));
             continue;
         }
         let there = levels.iter().copied().max().unwrap_or(0);
         let mut next = values.iter();
         for level in &levels {
             let value = (*level == there).then(|| next.next()).flatten();
-            out.push(value.map_or(f64::NAN, &number));
+            out.push(value.map_or(f64::NAN, &mut number));
         }
         if values.is_empty() {
             let from = out.len() - levels.len();

@@ -49,32 +49,32 @@ impl Type {
         }
     }
 
-    fn read(self, from: &mut Cursor) -> Result<f64, Trouble> {
+    /// A value; of an instant, the seconds since `origin`, or since the whole second of the first where there is none yet:
+    /// seconds since 1904 leave an f64 no digits for short intervals.
+    fn read(self, from: &mut Cursor, origin: &mut Option<i64>) -> Result<f64, Trouble> {
         match self {
             Type::Number(stored) => stored.read(from),
-            Type::Instant => instant(from),
-            Type::Text => from.skip_one(),
+            Type::Text => Ok(f64::NAN),
+            Type::Instant => {
+                let (seconds, parts) = match from.big_end_first {
+                    true => {
+                        let seconds = from.i64()?;
+                        (seconds, from.u64()?)
+                    }
+                    false => {
+                        let parts = from.u64()?;
+                        (from.i64()?, parts)
+                    }
+                };
+                let since = seconds.wrapping_sub(*origin.get_or_insert(seconds));
+                // In 2^-64 s.
+                Ok(since as f64 + parts as f64 / 2f64.powi(64))
+            }
         }
     }
-}
-
-/// Seconds since 1904, in 2^-64 s.
-fn instant(from: &mut Cursor) -> Result<f64, Trouble> {
-    let (low, high) = match from.big_end_first {
-        true => {
-            let high = from.i64()?;
-            (from.u64()?, high)
-        }
-        false => (from.u64()?, from.i64()?),
-    };
-    Ok(high as f64 + low as f64 / 2f64.powi(64))
 }
 
 impl Cursor<'_> {
-    fn skip_one(&mut self) -> Result<f64, Trouble> {
-        self.u8().map(|_| f64::NAN)
-    }
-
     fn text(&mut self) -> Result<String, Trouble> {
         let count = self.u32()? as usize;
         Ok(String::from_utf8_lossy(self.take(count)?).into_owned())
@@ -102,6 +102,8 @@ struct Object {
     properties: HashMap<String, Property>,
     values: Vec<f64>,
     has_texts: bool,
+    /// The second from which instants count.
+    origin: Option<i64>,
 }
 
 #[derive(Default)]
@@ -245,7 +247,7 @@ impl Reader {
         if chunk == 0 {
             return Ok(());
         }
-        if data.left() % chunk != 0 {
+        if !data.left().is_multiple_of(chunk) {
             return Err(Trouble::damaged(format!(
                 "{} bytes of data where chunks have {chunk}",
                 data.left()
@@ -254,38 +256,48 @@ impl Reader {
         while data.left() > 0 {
             if interleaved {
                 let rows = indices.first().map_or(0, |(_, index)| index.count);
-                if let Some((path, _)) = indices.iter().find(|(_, i)| i.count != rows) {
-                    let short = Trouble::damaged("samples take turns and their numbers differ");
+                if let Some((path, _)) = indices
+                    .iter()
+                    .find(|(_, i)| i.count != rows || i.kind == Type::Text)
+                {
+                    let short = Trouble::damaged(
+                        "samples take turns, and their numbers differ or they are texts",
+                    );
                     return Err(short.of(&shown(path)));
                 }
                 for _ in 0..rows {
                     for (path, index) in &indices {
-                        let value = index.kind.read(&mut data)?;
-                        self.put(path, &[value], index.kind);
+                        self.put(path, &mut data, (1, index.kind))?;
                     }
                 }
             } else {
                 for (path, index) in &indices {
                     let mut block = data.part(index.bytes)?;
-                    if index.kind == Type::Text {
-                        self.put(path, &[], index.kind);
-                        continue;
-                    }
-                    let values: Result<Vec<f64>, Trouble> = (0..index.count)
-                        .map(|_| index.kind.read(&mut block))
-                        .collect();
-                    self.put(path, &values?, index.kind);
+                    self.put(path, &mut block, (index.count, index.kind))?;
                 }
             }
         }
         Ok(())
     }
 
-    fn put(&mut self, path: &str, values: &[f64], kind: Type) {
-        if let Some(object) = self.objects.get_mut(path) {
-            object.values.extend_from_slice(values);
-            object.has_texts |= kind == Type::Text;
+    /// Reads some values of a channel.
+    fn put(
+        &mut self,
+        path: &str,
+        from: &mut Cursor,
+        (count, kind): (usize, Type),
+    ) -> Result<(), Trouble> {
+        let Some(object) = self.objects.get_mut(path) else {
+            return Ok(());
+        };
+        if kind == Type::Text {
+            object.has_texts = true;
+            return Ok(());
         }
+        for _ in 0..count {
+            object.values.push(kind.read(from, &mut object.origin)?);
+        }
+        Ok(())
     }
 
     fn found(mut self) -> Result<Found, Trouble> {
@@ -378,7 +390,7 @@ fn property(head: &mut Cursor) -> Result<(String, Option<Property>), Trouble> {
     let code = head.u32()?;
     let value = match Type::of(code) {
         Some(Type::Text) => Some(Property::Text(head.text()?)),
-        Some(kind) => Some(Property::Number(kind.read(head)?)),
+        Some(kind) => Some(Property::Number(kind.read(head, &mut Some(0))?)),
         None => {
             let size = match code {
                 0 => 0,

@@ -58,13 +58,10 @@ pub fn read(bytes: &[u8]) -> Result<Found, Trouble> {
                 end(&mut lines).map_err(|t| t.of(&name))?;
             }
             "164" => {
-                let first = lines.next().unwrap_or_default();
-                let second = lines.next().unwrap_or_default();
-                let _ = first;
-                let numbers: Vec<f64> = second
-                    .split_whitespace()
-                    .filter_map(|word| real(word))
-                    .collect();
+                // The first line has the system's name, the second the factors.
+                lines.next();
+                let factors = lines.next().unwrap_or_default();
+                let numbers: Vec<f64> = factors.split_whitespace().filter_map(real).collect();
                 if let [length, force, ..] = numbers.as_slice()
                     && *length > 0.0
                     && *force > 0.0
@@ -356,10 +353,12 @@ fn text(
         };
         values.extend(numbers);
     }
-    if values.len() > wanted {
+    let next = lines.peek().unwrap_or_default();
+    let goes_on = next.trim() != "-1" && next.split_whitespace().next().and_then(real).is_some();
+    if values.len() > wanted || goes_on {
         return Err(Trouble::damaged(format!(
-            "{count} points are announced and there are more: {} numbers for {wanted}",
-            values.len()
+            "{count} points are announced and more follow, up to line {} at least",
+            lines.line + usize::from(goes_on)
         )));
     }
     Ok(values)
@@ -390,17 +389,31 @@ fn binary(
             "export the file as text (data set 58)",
         ));
     }
-    let mut rest = Cursor::new(&lines.bytes[lines.at..]);
-    rest.big_end_first = *order == 2;
-    let mut data = rest.part(*bytes).map_err(|trouble| {
-        Trouble::damaged(format!("{bytes} bytes of numbers: {}", trouble.problem))
-    })?;
-    lines.at += bytes;
     let wanted = count.saturating_mul(per_point);
     let wide = if is_double { 8 } else { 4 };
     let stored = if is_double { Stored::F64 } else { Stored::F32 };
+    let rest = &lines.bytes[lines.at..];
+    // Some writers count the ordinates alone: what counts is where the data set ends.
+    let ends_behind = |bytes: usize| {
+        let rest = rest.get(bytes..).unwrap_or_default();
+        let rest = rest.strip_prefix(b"\r").unwrap_or(rest);
+        rest.strip_prefix(b"\n")
+            .unwrap_or(rest)
+            .starts_with(b"    -1")
+    };
+    let whole = wanted.saturating_mul(wide);
+    let bytes = match ends_behind(whole) && !ends_behind(*bytes) {
+        true => whole,
+        false => *bytes,
+    };
+    let mut rest = Cursor::new(rest);
+    rest.big_end_first = *order == 2;
+    let mut data = rest.part(bytes).map_err(|trouble| {
+        Trouble::damaged(format!("{bytes} bytes of numbers: {}", trouble.problem))
+    })?;
+    lines.at += bytes;
     // Abscissas may be single where ordinates are double.
-    if is_double && per_point == 2 && *bytes == count.saturating_mul(12) {
+    if is_double && per_point == 2 && bytes == count.saturating_mul(12) {
         let mut values = Vec::new();
         for _ in 0..count {
             values.push(Stored::F32.read(&mut data)?);
@@ -408,10 +421,51 @@ fn binary(
         }
         return Ok(values);
     }
-    if wanted.checked_mul(wide) != Some(*bytes) {
+    if wanted.checked_mul(wide) != Some(bytes) {
         return Err(Trouble::damaged(format!(
             "{count} points of {per_point} numbers with {wide} bytes are announced, and {bytes} bytes"
         )));
     }
     stored.all(data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A data set of four points, its ordinate without a unit.
+    fn set(form: &str, data: &str) -> String {
+        format!(
+            "    -1\n    58\nNONE\nNONE\nNONE\nNONE\nNONE\n    1         0    0         0       NONE        12  -3       NONE         0   0\n\
+             {form}\n        17    0    0    0 time                 ms\n         8    0    0    0 NONE                 NONE\n\
+             \u{20}        0    0    0    0 NONE                 NONE\n         0    0    0    0 NONE                 NONE\n{data}    -1\n"
+        )
+    }
+
+    #[test]
+    fn units_of_the_file_and_uneven_points_are_understood() {
+        let units = "    -1\n   164\n         5mm (milli-newton)           2\n  1.00000D+03  1.00000D+03  1.00000D+00\n  2.73150D+02\n    -1\n";
+        let uneven = set(
+            "         2         4         0  0.00000e+00  0.00000e+00  0.00000e+00",
+            "  0.00000e+00 -1.00000e+00  1.00000e+00  2.00000e+00  2.50000e+00  3.00000e+00\n  4.00000e+00  4.00000e+00\n",
+        );
+        let found = read(format!("{units}{uneven}").as_bytes()).unwrap();
+        let [time, value] = found.channels.as_slice() else {
+            panic!("{:?}", found.channels)
+        };
+        assert_eq!(time.samples(), [0.0, 1e-3, 2.5e-3, 4e-3]);
+        assert_eq!(value.samples(), [-1e-3, 2e-3, 3e-3, 4e-3]);
+        assert_eq!((value.name.as_str(), value.unit()), ("node12-z/value", "m"));
+    }
+
+    #[test]
+    fn numbers_that_touch_are_told_apart_by_their_columns() {
+        let touching = set(
+            "         2         4         1  0.00000e+00  2.00000e+00  0.00000e+00",
+            " 1.00000e-100-2.00000e-100-3.00000e-100-4.00000e-100\n",
+        );
+        let found = read(touching.as_bytes()).unwrap();
+        assert_eq!(found.channels[0].samples()[3], -4e-100);
+        assert_eq!(found.channels[0].even, Some((0.0, 500.0)));
+    }
 }
