@@ -86,8 +86,8 @@ fn bases(command: &str, files: &Files) -> Vec<Base> {
             vec![given.collect()]
         }
         "new" => vec![vec![
-            ("template", "oscillator".into()),
             ("output", "out".into()),
+            ("template", "oscillator".into()),
         ]],
         "demo" | "system" | "cross-check" => plain(),
         other => panic!("give the command '{other}' a line here that ends within a second"),

@@ -104,6 +104,8 @@ def uff(name, kind, values, **further):
 uff("ascii.uff", 0, x * 1e3)
 uff("binary.uff", 1, x * 1e3)
 uff("acceleration.uff", 0, x * 1e3, ordinate_spec_data_type=12, ordinate_axis_units_lab="m/s2")
+uff("uneven.uff", 0, x * 1e3, abscissa_spacing=0)
+uff("uneven_binary.uff", 1, x * 1e3, abscissa_spacing=0)
 
 # WAV: shares of full scale, here 1 mm.
 soundfile.write(path("pcm24.wav"), np.column_stack([x * 1e3, load * 1e-3]), int(RATE), "PCM_24")
@@ -115,6 +117,11 @@ pyarrow.parquet.write_table(pyarrow.table(table), path("snappy.parquet"))
 pyarrow.parquet.write_table(pyarrow.table(table), path("zstd.parquet"), compression="zstd")
 gap = [None if i in (50, 51) else v for i, v in enumerate(x.tolist())]
 pyarrow.parquet.write_table(pyarrow.table({"t": t, "x": gap}), path("gap.parquet"))
+first = 1_700_000_000_000_000_000
+stamps = pyarrow.array([first + 500_000 * i for i in range(COUNT)])
+stamps = stamps.cast(pyarrow.timestamp("ns"))
+table = pyarrow.table({"timestamp": stamps, "x [mm]": x * 1e3})
+pyarrow.parquet.write_table(table, path("instants.parquet"))
 
 # TDMS: waveforms with units, in two segments.
 root, group = RootObject({"rig": "3"}), GroupObject("rig")
@@ -125,3 +132,18 @@ with TdmsWriter(path("waveform.tdms")) as writer:
         force = ChannelObject("rig", "load", load[half], {**own, "unit_string": "N"})
         slow = ChannelObject("rig", "temperature", np.array([21, 22], dtype=np.int32))
         writer.write_segment([root, group, laser, force, slow])
+
+# TDMS: counts with a linear scale, and instants.
+scale = {
+    "NI_Number_Of_Scales": 1,
+    "NI_Scaling_Status": "unscaled",
+    "NI_Scale[0]_Scale_Type": "Linear",
+    "NI_Scale[0]_Linear_Slope": 0.5,
+    "NI_Scale[0]_Linear_Y_Intercept": -3.0,
+    "unit_string": "um",
+}
+counts = np.round((x * 1e6 + 3.0) / 0.5).astype(np.int16)
+instants = np.datetime64("2026-05-04T12:00:00.9", "us") + (t * 1e6).astype("timedelta64[us]")
+with TdmsWriter(path("scaled.tdms")) as writer:
+    channels = [ChannelObject("rig", "time", instants), ChannelObject("rig", "laser", counts, scale)]
+    writer.write_segment(channels)

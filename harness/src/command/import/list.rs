@@ -43,12 +43,17 @@ pub fn show(recording: &Recording) -> Result<(), Error> {
     print(&text)
 }
 
-/// Four digits or the whole of a short number.
+/// A short number as it is, others with five digits.
 fn short(value: f64) -> String {
     let plain = value.to_string();
-    match plain.len() {
-        0..=8 => plain,
-        _ => format!("{value:.4e}"),
+    let size = value.abs();
+    if plain.len() <= 8 {
+        plain
+    } else if (1e-3..1e6).contains(&size) {
+        let decimals = (4.0 - size.log10().floor()).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.4e}")
     }
 }
 

@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::file_kind::{Wanted as Kind, explain};
 use crate::measurement::Campaign;
 use crate::measurement::logger::{self, Imported, Input, Source, Wanted};
-use crate::output::{print_line, tell};
+use crate::output::print_line;
 
 /// Options of `import`.
 #[derive(Debug, Args)]
@@ -100,11 +100,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     must_be_free(output)?;
     let beam = arguments.beam.as_deref().map(beam_of).transpose()?;
     let wanted = wanted(arguments)?;
-    let mut runs = Vec::new();
+    let (mut runs, mut lines) = (Vec::new(), Vec::new());
     for (file, wanted) in arguments.files.iter().zip(&wanted) {
         let run = logger::read(file)?.import(wanted)?;
         let name = file.file_name().unwrap_or(file.as_os_str());
-        tell(format_args!("{}: {}", name.display(), run.understood));
+        lines.push(format!("{}: {}", name.display(), run.understood));
         runs.push(run);
     }
     let names = run_names(&arguments.files);
@@ -140,6 +140,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             }
         })
     })?;
+    lines.into_iter().try_for_each(print_line)?;
     let samples: usize = runs.iter().map(|run| run.time.len()).sum();
     print_line(format_args!(
         "{}: {} run(s), {samples} samples. Next: stickslip check {}",
