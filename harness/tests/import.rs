@@ -344,3 +344,24 @@ fn nothing_is_overwritten() {
     assert!(import(&words, folder.path()).status.success());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }
+
+#[test]
+fn every_file_is_what_meta_toml_says() {
+    use sha2::{Digest as _, Sha256};
+    let meta: toml::Table = std::fs::read_to_string(file("meta.toml"))
+        .unwrap()
+        .parse()
+        .unwrap();
+    let digests = meta["sha256"].as_table().unwrap();
+    for entry in std::fs::read_dir(file("")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if ["make.py", "meta.toml"].contains(&name) {
+            continue;
+        }
+        let digest = Sha256::digest(std::fs::read(&path).unwrap());
+        let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let stated = digests.get(name).and_then(toml::Value::as_str);
+        assert_eq!(stated, Some(found.as_str()), "{name}");
+    }
+}

@@ -1,7 +1,8 @@
 //! TDMS: groups of channels with properties, in segments.
 //!
-//! Source: TDMS File Format Internal Structure, National Instruments. A segment has a head of 28 bytes, the list of its objects with
-//! what changed since the last segment, and raw data: chunks in which each channel has its block, or samples take turns.
+//! Source: TDMS File Format Internal Structure, National Instruments. A segment has a head of 28 bytes, the list
+//! of its objects with what changed since the last segment, and raw data: chunks in which each channel has its
+//! block, or samples take turns.
 
 use std::collections::HashMap;
 

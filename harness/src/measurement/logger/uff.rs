@@ -1,7 +1,8 @@
 //! Universal files (UFF, UNV): data sets 58, functions of nodes, in text or binary (58b), with the units of data set 164.
 //!
-//! Source: Structural Dynamics Research Laboratory, University of Cincinnati, Universal File Formats, data sets 58, 58b, 164. A data set stands between two
-//! lines `    -1`, begins with its number and, for 58, eleven lines of text, which say what the numbers are.
+//! Source: Structural Dynamics Research Laboratory, University of Cincinnati, Universal File Formats, data sets
+//! 58, 58b, 164. A data set stands between two lines `    -1`, begins with its number and, for 58, eleven lines of
+//! text, which say what the numbers are.
 
 use super::cursor::{Cursor, Stored};
 use super::{Channel, Found, Trouble, names};
