@@ -6,8 +6,8 @@ use std::ffi::OsString;
 use clap::{Arg, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::command::{
-    blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, observe, pack,
-    simulate, sweep, system, try_effects,
+    blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, import, new,
+    observe, pack, simulate, sweep, system, try_effects,
 };
 
 use crate::error::Error;
@@ -31,6 +31,10 @@ pub enum Command {
     Simulate(simulate::Arguments),
     /// Run an FMU at every operating point of a measured campaign and show where they differ
     Compare(compare::Arguments),
+    /// Turn loggers' files (CSV, MATLAB, HDF5, UFF, WAV, Parquet, TDMS) into a campaign
+    Import(import::Arguments),
+    /// Write a commented campaign with an example, to begin with
+    New(new::Arguments),
     /// Look at a campaign's data before long work: units, signs, swapped files, sampling, sensor
     Check(check::Arguments),
     /// Pack the FMU and compare it with the campaign that ships in reference-data/demo

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::exit::Exit;
-use crate::wording::{at_line, or_silent, quoted, suggestion, with_unit};
+use crate::wording::{at_line, of_channel, or_silent, quoted, suggestion, with_unit};
 
 /// What a command can fail with; [`Error::exit_code`] groups these for scripts.
 #[derive(Debug, thiserror::Error)]
@@ -346,6 +346,28 @@ pub enum Error {
         share: f64,
         /// The grid's interval, s.
         interval: f64,
+    },
+
+    // ---- loggers' files, new campaigns
+    /// A file that can't be imported.
+    #[error("{}: {}{problem}; {remedy}", path.display(), of_channel(channel.as_deref()))]
+    LoggerFile {
+        /// The file.
+        path: PathBuf,
+        /// The channel, where one is to blame.
+        channel: Option<String>,
+        /// What was read.
+        problem: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A folder to write a campaign to that has something in it.
+    #[error("{}: there is {found} already; give a folder that is new or empty, nothing is overwritten", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+        /// What is there.
+        found: String,
     },
 
     // ---- FMU file

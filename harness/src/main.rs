@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use stickslip::cli::{Asked, Command, parse};
 use stickslip::command::{
-    blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, observe, pack,
-    simulate, sweep, system, try_effects,
+    blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, import, new,
+    observe, pack, simulate, sweep, system, try_effects,
 };
 use stickslip::error::Error;
 use stickslip::exit::Exit;
@@ -43,6 +43,8 @@ fn run() -> Result<(), Error> {
         None => demo::run(&demo::Arguments::default()),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
+        Some(Command::Import(arguments)) => import::run(&arguments),
+        Some(Command::New(arguments)) => new::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),

@@ -25,6 +25,13 @@ pub fn at_line(line: Option<usize>) -> String {
     line.map(|l| format!(":{l}")).unwrap_or_default()
 }
 
+/// `channel 'x': `, or nothing.
+pub fn of_channel(channel: Option<&str>) -> String {
+    channel
+        .map(|name| format!("channel '{name}': "))
+        .unwrap_or_default()
+}
+
 /// A value with its unit; ratios have none.
 pub fn with_unit(value: f64, unit: &str) -> String {
     if unit == "1" {

@@ -79,6 +79,16 @@ fn bases(command: &str, files: &Files) -> Vec<Base> {
             line(&[("id", "third_mode"), ("output", "out")]),
         ],
         "pack" => vec![line(&[("effects", &files.path("effect.toml"))])],
+        "import" => {
+            let load = [("belt_velocity", "0.04"), ("normal_force", "36")];
+            let given = [&[("files", &*run)][..], &load].concat();
+            let given = line(&given).into_iter().filter(|(id, _)| *id != "fmu");
+            vec![given.collect()]
+        }
+        "new" => vec![vec![
+            ("output", "out".into()),
+            ("template", "oscillator".into()),
+        ]],
         "demo" | "system" | "cross-check" => plain(),
         other => panic!("give the command '{other}' a line here that ends within a second"),
     }

@@ -25,6 +25,7 @@ mod header;
 mod input_file;
 mod inputs;
 mod lines;
+pub mod logger;
 mod noise;
 mod sampling;
 mod table;
