@@ -25,7 +25,7 @@ const LOW: f64 = 0.2;
 /// Share from which on only noise is left.
 const HIGH: f64 = 0.5;
 
-/// Power of a fit's residuals at low frequencies over that at high ones, on the segments that it was fitted to; NaN
+/// Power of a fit's residuals at low frequencies over that at high ones or of the sensor's noise, whichever is more, on the segments that it was fitted to; NaN
 /// without segments.
 ///
 /// # Errors
@@ -72,9 +72,12 @@ pub fn spectral_ratio(
         high[segment.run] += power[highest..].iter().sum::<f64>();
         count[segment.run] += (power.len() - highest) as f64;
     }
+    // Structure below the sensor's noise can't be told from it: where the high frequencies have less than that, the low ones are
+    // compared with the noise.
+    let reference = |run: usize| (high[run] / count[run]).max(problem.noise[run].powi(2));
     let mut ratios: Vec<f64> = low
         .iter()
-        .map(|&(run, power)| power * count[run] / high[run])
+        .map(|&(run, power)| power / reference(run))
         .collect();
     ratios.sort_by(f64::total_cmp);
     Ok(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN))
