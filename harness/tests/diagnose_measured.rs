@@ -89,3 +89,57 @@ fn val_measured_slider_shows_friction_along_the_track_and_no_ageing() {
         assert_eq!(aged["verdict"], "unknown_effect", "{}", aged["summary"]);
     }
 }
+
+// Source: Wigren and Schoukens 2013; b/a of fits to the free simulation of the record by an independent program.
+#[test]
+#[ignore = "needs silverbox/multisine.csv in a folder named by STICKSLIP_REAL or in ../shared/real; minutes"]
+fn val_the_silverbox_lacks_a_cubic_spring_and_nothing_else() {
+    let folder = std::env::var("STICKSLIP_REAL")
+        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/real").to_owned());
+    let text = std::fs::read_to_string(Path::new(&folder).join("silverbox/multisine.csv")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let campaign = tempfile::tempdir().unwrap();
+    // The linear model of least error: kg, N s/m, N/m.
+    let (mass, damper, spring) = (5.376e-6, 2.253e-4, 0.9906_f64);
+    let mut toml = format!(
+        "[beam]\nnatural_frequencies_hz = [{}]\ndamping_ratios = [{}]\nmasses_kg = [{mass:e}]\ntip_values = [1.0]\n\
+         [channels]\ndisplacement_column = \"displacement_v\"\nexternal_force_column = \"force_v\"\n",
+        (spring / mass).sqrt() / std::f64::consts::TAU,
+        damper / (2.0 * (spring * mass).sqrt())
+    );
+    for (name, first) in [("a", 1), ("b", 40_001)] {
+        let part = &lines[first..first + 20_000];
+        let csv = format!("{}\n{}\n", lines[0], part.join("\n"));
+        std::fs::write(campaign.path().join(format!("{name}.csv")), csv).unwrap();
+        let _ = write!(
+            toml,
+            "[[run]]\nfile = \"{name}.csv\"\nbelt_velocity_m_per_s = 0\nnormal_force_n = 0\n"
+        );
+    }
+    std::fs::write(campaign.path().join("campaign.toml"), toml).unwrap();
+    let output = campaign.path().join("found");
+    let run = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .arg("diagnose")
+        .arg(campaign.path())
+        .arg("-o")
+        .arg(&output)
+        .output()
+        .unwrap();
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    let text = std::fs::read_to_string(output.join("diagnosis.json")).unwrap();
+    let json: Value = serde_json::from_str(&text).unwrap();
+    let effects = json["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{}", json["summary"]);
+    assert_eq!(effects[0]["id"], "cubic_stiffness");
+    let calibrated = |name: &str| json["calibrated"][name]["value"].as_f64().unwrap();
+    let rate = std::f64::consts::TAU * calibrated("mode[1].frequency");
+    let cubic = effects[0]["parameters"]["coefficient"]["value"]
+        .as_f64()
+        .unwrap();
+    let ratio = cubic / (calibrated("mode[1].mass") * rate * rate);
+    assert!((ratio / 3.955 - 1.0).abs() < 0.02, "b/a = {ratio} 1/m^2");
+}
