@@ -528,7 +528,7 @@ pub enum Error {
     },
     /// A command that needs constant inputs was given a run with others.
     #[error(
-        "run '{run}' is driven by {input}, and `{command}` reads runs at constant belt velocity and normal force without other forces; leave the run out, or state the constant value where it varies too little to matter (`compare` and `simulate` follow it)"
+        "run '{run}' is driven by {input}, and `{command}` reads runs at constant belt velocity and normal force without other forces; leave the run out, or state the constant value where it varies too little to matter (`compare`, `diagnose` and `simulate` follow it)"
     )]
     DrivenRun {
         /// The run.
@@ -539,7 +539,7 @@ pub enum Error {
         command: &'static str,
     },
     /// A command that needs a structure with springs was given a mass that slides freely.
-    #[error("{}: natural_frequencies_hz[{mode}] = 0 Hz is a mass without a spring, and `{command}` needs the stiffness of every mode; give its frequency, or leave the mode out (`compare` and `simulate` run such masses)", path.display())]
+    #[error("{}: natural_frequencies_hz[{mode}] = 0 Hz is a mass without a spring, and `{command}` needs the stiffness of every mode; give its frequency, or leave the mode out (`compare`, `diagnose` and `simulate` take such masses)", path.display())]
     FreeMode {
         /// The campaign's folder or file.
         path: PathBuf,

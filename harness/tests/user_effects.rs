@@ -11,7 +11,7 @@ use std::process::{Command, Output};
 use stickslip::command::{pack, repaired_model};
 use stickslip::diagnose::model::effect_card::{Role, candidates};
 use stickslip::diagnose::model::library;
-use stickslip::fmu::{Directions, Fmu, Instance};
+use stickslip::fmu::{Course, Directions, Fmu, Instance};
 
 /// Target, formula, name, unit and value of its one parameter.
 type Case = (Target, &'static str, &'static str, f64);
@@ -546,7 +546,13 @@ fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
         let mut tangents = fmu.tangents().expect("our FMU offers them");
         assert!(tangents.set((&[], &[]), (&references, &values)));
         let output = fmu.real_references(&["measured_displacement"]).unwrap()[0];
-        assert!(tangents.evaluate(&times, output, &directions, &mut motion_with, &mut slopes));
+        assert!(tangents.evaluate(
+            (&times, &Course::default()),
+            output,
+            &directions,
+            &mut motion_with,
+            &mut slopes
+        ));
         let at = |name: &str, value: f64| {
             let settings = [("mine.k", strength), ("tolerance", 1e-12), (name, value)];
             measured(&fmu, &settings)

@@ -160,6 +160,7 @@ fn segments() -> Vec<Segment> {
                 dwell: 0.0,
                 travel: 0.0,
                 travel_end: 0.0,
+                belt_distance: 0.0,
                 state: vec![0.0; 2],
                 time,
             });

@@ -239,6 +239,10 @@ impl Exploration<'_> {
         let best = adequate
             .map(|c| log_posterior(problem, c))
             .fold(smaller, f64::max);
+        if best == smaller {
+            // Nothing is named so far.
+            return Ok(());
+        }
         let price = log_prior(problem, 0) - log_prior(problem, 1);
         let at = screen.at(&self.calibrated);
         let jobs: Vec<Vec<Choice>> = library(problem)
