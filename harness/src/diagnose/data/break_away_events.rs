@@ -63,7 +63,7 @@ pub fn events(run: &Run, smoothing: &Smoothing) -> Vec<Event> {
             Some(Event {
                 force: carried(end - before - clear, end - clear, end)?,
                 beginning: carried(start + clear, start + clear + before, start)?,
-                place: smoothing.belt_path.at(k as f64 * h) - moved,
+                place: smoothing.belt_path.at_sample(k, h) - moved,
                 dwell: end - start,
             })
         })

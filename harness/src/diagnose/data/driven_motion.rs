@@ -36,6 +36,14 @@ impl BeltPath {
         }
     }
 
+    /// Distance in m at sample `k` of a record with this `interval` in s.
+    pub fn at_sample(&self, k: usize, interval: f64) -> f64 {
+        match self {
+            Self::Even(velocity) => velocity * k as f64 * interval,
+            Self::Uneven { .. } => self.at(k as f64 * interval),
+        }
+    }
+
     /// Distance in m at `time` in s since the run began.
     pub fn at(&self, time: f64) -> f64 {
         match self {

@@ -437,10 +437,12 @@ impl Hypothesis {
         }
     }
 
-    /// Distance in m that belt and tip have moved against each other when a segment starts: the belt's part grows with its
-    /// velocity.
-    pub fn travel(&self, segment: &Segment, shared: &[f64]) -> f64 {
-        segment.travel + (self.scales(shared)[0] - 1.0) * segment.belt_distance
+    /// Distance in m that belt and tip have moved against each other when a segment of a run starts: the belt's part grows with
+    /// its velocity.
+    pub fn travel(&self, run: &Run, segment: &Segment, shared: &[f64]) -> f64 {
+        let belt = self.scales(shared)[0];
+        let (size, passed) = belt_part(run, segment);
+        segment.travel + (belt * size - size) * passed
     }
 
     /// Derivatives by the position of shared parameter `c` of all that is set from it in a segment of a run.
@@ -455,9 +457,10 @@ impl Hypothesis {
         let (slope, [belt, force]) = (parameter.slope(position), references.inputs);
         let [belt_size, force_size] = sizes(run);
         if c == self.input_scales[0] {
+            let (size, passed) = belt_part(run, segment);
             vec![
                 (belt, slope * belt_size),
-                (references.history[0], slope * segment.belt_distance),
+                (references.history[0], slope * size * passed),
             ]
         } else if c == self.input_scales[1] {
             vec![(force, slope * force_size)]
@@ -479,4 +482,13 @@ fn sizes(run: &Run) -> [f64; 2] {
         of(run.inputs.belt_velocity.is_some(), run.belt_velocity),
         of(run.inputs.normal_force.is_some(), run.normal_force),
     ]
+}
+
+/// What the scale of the belt velocity acts on until a segment starts, as a product: a constant velocity in m/s and the time in s,
+/// or 1 and the distance in m.
+fn belt_part(run: &Run, segment: &Segment) -> (f64, f64) {
+    match &run.inputs.belt_velocity {
+        None => (run.belt_velocity, segment.time[0] - run.time[0]),
+        Some(_) => (1.0, segment.belt_distance),
+    }
 }

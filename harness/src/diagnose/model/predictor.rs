@@ -102,7 +102,7 @@ impl<'a> Predictor<'a> {
         for (reference, value) in h.inputs(r, run, shared) {
             self.push(reference, value);
         }
-        self.push(r.history[0], h.travel(segment, shared));
+        self.push(r.history[0], h.travel(run, segment, shared));
         self.push(r.history[1], segment.dwell);
         for &(reference, value) in &h.fixed {
             self.push(reference, value);

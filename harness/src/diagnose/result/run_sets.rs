@@ -117,7 +117,7 @@ fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) 
     let origin = problem.campaign.runs[segment.run].time[0];
     let contact = if point.stuck[place] { STICK } else { SLIP };
     let h = &step.fitted.hypothesis;
-    let travel = h.travel(segment, &point.shared);
+    let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
     let how = [contact, SETTLED, travel, segment.dwell];
     Piece {
         start: segment.time[0] - origin,
