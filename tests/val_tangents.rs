@@ -283,7 +283,8 @@ fn val_motions_that_inputs_drive_are_differentiated() {
             .filter(|(name, _)| *name != input)
             .chain([(input, step)])
             .collect();
-        let directions: Vec<(&str, f64)> = known.iter().map(|(n, _)| (*n, 1.0)).collect();
+        let directions: Vec<Vec<(&str, f64)>> =
+            known.iter().map(|(n, _)| vec![(*n, 1.0)]).collect();
         let slave = started(&plain);
         let (values, slopes) = slave
             .driven_tangents(&times, "measured_displacement", &directions, &course)

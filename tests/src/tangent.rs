@@ -50,6 +50,39 @@ type Tangents = unsafe extern "C" fn(
     *mut f64,
 ) -> c_int;
 
+/// Values of an output, and its derivatives along each direction.
+type Derivatives = (Vec<f64>, Vec<Vec<f64>>);
+
+/// Directions as the exports take them, and where they write.
+struct Lists {
+    sizes: Vec<usize>,
+    references: Vec<u32>,
+    changes: Vec<f64>,
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl Lists {
+    fn new(times: &[f64], directions: &[Vec<(&str, f64)>]) -> Self {
+        let all = || directions.iter().flatten();
+        Self {
+            sizes: directions.iter().map(Vec::len).collect(),
+            references: all().map(|(name, _)| reference(name)).collect(),
+            changes: all().map(|d| d.1).collect(),
+            values: vec![0.0; times.len()],
+            slopes: vec![0.0; times.len() * directions.len()],
+        }
+    }
+
+    fn answer(self, times: &[f64], status: c_int) -> Result<Derivatives, c_int> {
+        if status != crate::slave::OK {
+            return Err(status);
+        }
+        let slopes = self.slopes.chunks(times.len()).map(<[f64]>::to_vec);
+        Ok((self.values, slopes.collect()))
+    }
+}
+
 impl Slave {
     /// The output at each time and its derivatives along each direction (names and changes), or the status refusing it.
     ///
@@ -60,16 +93,8 @@ impl Slave {
         times: &[f64],
         output: &str,
         directions: &[Vec<(&str, f64)>],
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), c_int> {
-        let sizes: Vec<usize> = directions.iter().map(Vec::len).collect();
-        let references: Vec<u32> = directions
-            .iter()
-            .flatten()
-            .map(|(name, _)| reference(name))
-            .collect();
-        let changes: Vec<f64> = directions.iter().flatten().map(|d| d.1).collect();
-        let mut values = vec![0.0; times.len()];
-        let mut slopes = vec![0.0; times.len() * directions.len()];
+    ) -> Result<Derivatives, c_int> {
+        let mut lists = Lists::new(times, directions);
         // SAFETY: the type is that of the export, the lists have the announced lengths.
         let status = unsafe {
             function::<Tangents>("stickslipTangents")(
@@ -77,21 +102,16 @@ impl Slave {
                 times.as_ptr(),
                 times.len(),
                 reference(output),
-                sizes.as_ptr(),
-                sizes.len(),
-                references.as_ptr(),
-                changes.as_ptr(),
-                changes.len(),
-                values.as_mut_ptr(),
-                slopes.as_mut_ptr(),
+                lists.sizes.as_ptr(),
+                lists.sizes.len(),
+                lists.references.as_ptr(),
+                lists.changes.as_ptr(),
+                lists.changes.len(),
+                lists.values.as_mut_ptr(),
+                lists.slopes.as_mut_ptr(),
             )
         };
-        if status == crate::slave::OK {
-            let slopes = slopes.chunks(times.len()).map(<[f64]>::to_vec).collect();
-            Ok((values, slopes))
-        } else {
-            Err(status)
-        }
+        lists.answer(times, status)
     }
 
     /// The same beside an input that varies.
@@ -102,14 +122,10 @@ impl Slave {
         &self,
         times: &[f64],
         output: &str,
-        directions: &[(&str, f64)],
+        directions: &[Vec<(&str, f64)>],
         course: &Course,
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), c_int> {
-        let sizes = vec![1; directions.len()];
-        let references: Vec<u32> = directions.iter().map(|d| reference(d.0)).collect();
-        let changes: Vec<f64> = directions.iter().map(|d| d.1).collect();
-        let mut values = vec![0.0; times.len()];
-        let mut slopes = vec![0.0; times.len() * directions.len()];
+    ) -> Result<Derivatives, c_int> {
+        let mut lists = Lists::new(times, directions);
         let input = reference(course.input);
         // SAFETY: the type is that of the export, the lists have the announced lengths.
         let status = unsafe {
@@ -118,26 +134,21 @@ impl Slave {
                 times.as_ptr(),
                 times.len(),
                 reference(output),
-                sizes.as_ptr(),
-                sizes.len(),
-                references.as_ptr(),
-                changes.as_ptr(),
-                changes.len(),
+                lists.sizes.as_ptr(),
+                lists.sizes.len(),
+                lists.references.as_ptr(),
+                lists.changes.as_ptr(),
+                lists.changes.len(),
                 &raw const input,
                 1,
                 course.begins.as_ptr(),
                 course.begins.len(),
                 course.factors.as_ptr(),
                 course.rates.as_ptr(),
-                values.as_mut_ptr(),
-                slopes.as_mut_ptr(),
+                lists.values.as_mut_ptr(),
+                lists.slopes.as_mut_ptr(),
             )
         };
-        if status == crate::slave::OK {
-            let slopes = slopes.chunks(times.len()).map(<[f64]>::to_vec).collect();
-            Ok((values, slopes))
-        } else {
-            Err(status)
-        }
+        lists.answer(times, status)
     }
 }

@@ -1,8 +1,7 @@
 //! Bringing an FMU to an operating point, and recording its motion there.
 
 use crate::error::Error;
-use crate::fmu::Drive;
-use crate::fmu::{Fmu, Instance, Kind};
+use crate::fmu::{Drive, Fmu, Instance, Kind};
 use crate::measurement::BeamKnowledge;
 
 /// Where and from what state to run.

@@ -9,8 +9,7 @@ use super::operating_options::OperatingOptions;
 use super::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
-use crate::fmu::Drive;
-use crate::fmu::{Causality, Fmu, Kind};
+use crate::fmu::{Causality, Drive, Fmu, Kind};
 use crate::measurement::{Interpolation, read_inputs};
 use crate::output::{print, write_file};
 

@@ -4,8 +4,7 @@
 use super::model_motion::{Motion, Motions, model_run};
 use crate::command::operating_point::OperatingPoint;
 use crate::error::Error;
-use crate::fmu::Drive;
-use crate::fmu::Fmu;
+use crate::fmu::{Drive, Fmu};
 use crate::measurement::{BeamKnowledge, Run};
 use crate::metric::{standard_deviation, velocity};
 

@@ -4,8 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::command::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
-use crate::fmu::Drive;
-use crate::fmu::Fmu;
+use crate::fmu::{Drive, Fmu};
 use crate::measurement::{BeamKnowledge, Run};
 use crate::metric::{ModelMotion, quantile, velocity};
 use crate::parallel::parallel;
