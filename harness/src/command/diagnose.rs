@@ -21,6 +21,7 @@ use crate::diagnose::result::curve_formula;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::{Step, climb};
 use crate::diagnose::result::run_sets::run_sets;
+use crate::diagnose::selection::discrepancy::{discrepancy, explain_most};
 use crate::diagnose::selection::select::{Selection, calibrate_threshold, select};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
@@ -131,8 +132,9 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
-    let lowest = lowest_frequency(campaign, &structure(fmu, &campaign.beam)?);
-    let unknown = unknown_functions(campaign, lowest);
+    let structure = structure(fmu, &campaign.beam)?;
+    let lowest = lowest_frequency(campaign, &structure);
+    let unknown = unknown_functions(campaign, lowest, 1.0 / structure.inverse_tip_mass());
     let hold_out = search.hold_out;
     let files: Vec<&str> = search
         .library
@@ -159,7 +161,8 @@ pub fn diagnose(
     let texts: Vec<&str> = formulas.iter().map(|f| f.file.as_str()).collect();
     if !texts.is_empty()
         && !watch.stop()
-        && let Some(with_formulas) = pack::widened::with_effects(problem.fmu, &texts)?
+        // A formula that is no effect (a constant of zero) is left out: the curve stands without it.
+        && let Ok(Some(with_formulas)) = pack::widened::with_effects(problem.fmu, &texts)
     {
         let fmu = further.get_or_init(|| with_formulas);
         problem.widen(fmu, texts.into_iter().map(str::to_owned).collect())?;
@@ -170,6 +173,10 @@ pub fn diagnose(
     }
     if selection.explained {
         problem.trust_sensor();
+    } else if !problem.place_is_told() && !watch.stop() {
+        watch.stage(stages::INCOMPLETE);
+        problem.count_with(discrepancy(&problem, &selection)?);
+        explain_most(&problem, &mut selection, watch)?;
     }
     watch.stage(stages::KEPT_OUT);
     let steps = climb(&problem, &selection)?;

@@ -18,6 +18,8 @@ pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
 pub const PAIRS: Stage = stage("pairs of effects", 0.9);
 /// Curves of one quantity where the catalogue has no answer.
 pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
+/// What explains most where nothing explains all.
+pub const INCOMPLETE: Stage = stage("what explains most", 0.96);
 /// The best on all segments and samples.
 pub const ALL_DATA: Stage = stage("the best on all data", 0.94);
 /// Forecasts of the runs kept out.

@@ -33,7 +33,7 @@ pub const SEARCHED: f64 = 0.89;
 
 /// Motions and derivatives of a segment after which no more pairs are begun: those of campaigns with two effects took up to 1.5
 /// million, a minute and a half on two processors.
-pub const MOST_WORK: u64 = 1_600_000;
+pub const MOST_WORK: f64 = 1.6e6;
 
 /// Scale of a start state in the evidence, in units of the sensor's noise; the same for every model, so that it cancels but
 /// for what a model has more.

@@ -10,13 +10,17 @@ use crate::fmu::Fmu;
 /// FMU of another make, one that has such effects already, one of another version.
 ///
 /// # Errors
-/// An archive that can't be read, or a temporary folder that can't be written.
+/// An archive that can't be read, a temporary folder that can't be written, or a text that is no effect.
 pub fn with_effects(fmu: &Fmu, texts: &[&str]) -> Result<Option<Fmu>, Error> {
-    let cards: Result<Vec<UserCard>, _> = texts.iter().map(|t| UserCard::parse(t)).collect();
-    match cards {
-        Ok(cards) => with_cards(fmu, cards),
-        Err(_) => Ok(None),
-    }
+    let parsed = |(i, text): (usize, &&str)| {
+        UserCard::parse(text).map_err(|e| Error::EffectFile {
+            path: format!("effect {} of those to be added", i + 1).into(),
+            line: e.line(),
+            problem: e.to_string(),
+        })
+    };
+    let cards = texts.iter().enumerate().map(parsed);
+    with_cards(fmu, cards.collect::<Result<_, _>>()?)
 }
 
 /// The FMU with those users' effects of `from` that are among `ids` and not its own; `None` as in [`with_effects`].
@@ -125,7 +129,7 @@ mod tests {
     #[test]
     fn unknown_functions_of_a_campaign_are_effects_as_they_are_and_as_fitted() {
         let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
-        let unknown = unknown_functions(&campaign, 80.0);
+        let unknown = unknown_functions(&campaign, 80.0, 0.1);
         let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
         let plain = open_fmu(None).unwrap();
         let widened = with_effects(&plain, &files).unwrap().unwrap();
@@ -148,9 +152,23 @@ mod tests {
     }
 
     #[test]
+    fn unknown_functions_of_a_free_decay_are_effects_too() {
+        let mut campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
+        for run in &mut campaign.runs {
+            (run.belt_velocity, run.normal_force) = (0.0, 0.0);
+        }
+        let unknown = unknown_functions(&campaign, 80.0, 0.1);
+        let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
+        let plain = open_fmu(None).unwrap();
+        assert!(with_effects(&plain, &files).unwrap().is_some());
+        let refused = with_effects(&plain, &["no effect"]).err().unwrap();
+        assert!(refused.to_string().starts_with("effect 1 of"), "{refused}");
+    }
+
+    #[test]
     fn a_formula_stands_behind_what_was_there_and_alone_where_it_is_wanted() {
         let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
-        let unknown = unknown_functions(&campaign, 80.0);
+        let unknown = unknown_functions(&campaign, 80.0, 0.1);
         let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
         let plain = open_fmu(None).unwrap();
         let widened = with_effects(&plain, &files).unwrap().unwrap();

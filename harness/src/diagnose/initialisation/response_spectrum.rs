@@ -5,6 +5,9 @@
 //! segment a small shift of frequency is only a shift of phase, so a coarse grid of simulations gives a
 //! fine spectrum: per run r, `gain(f) = b_r' M_r^-1 b_r / 2` with the segments' normal equations turned by
 //! their phases (a generalised Lomb-Scargle periodogram through the model).
+//!
+//! A fine grid of a long segment would cost the square of its length. Fast lines are therefore looked for in the first
+//! [`MOST_PERIODS`] periods of each segment, so that a grid costs as many motions of a segment however long it is.
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fitter::directions;
@@ -34,6 +37,10 @@ pub fn independent_lines(effect: &EffectCard, segments: &[Segment]) -> f64 {
 
 /// Steps to each side that count as near a line.
 const NEIGHBOURS: f64 = 5.0;
+
+/// Periods of a line within the part of a segment in which it is looked for. Of so many, what the start state explains takes
+/// a few percent, and a segment of 20 to 40 ms holds no more of the fastest line that an effect of the catalogue may have.
+const MOST_PERIODS: f64 = 16.0;
 
 struct SegmentNormal {
     run: usize,
@@ -71,11 +78,11 @@ pub fn lines(
     else {
         return Vec::new();
     };
-    let span = |s: &Segment| match argument {
-        Argument::Time => s.time[s.time.len() - 1] - s.time[0],
-        Argument::Travel => (s.travel_end - s.travel).abs(),
-    };
-    let widest = data.segments.iter().map(&span).fold(0.0, f64::max);
+    let widest = data
+        .segments
+        .iter()
+        .map(|s| span(s, argument, s.time.len()))
+        .fold(0.0, f64::max);
     let whole = range(data.segments, argument);
     // As frequency or wave number per unit of the argument.
     let bounds = &effect.parameters[shape];
@@ -84,7 +91,6 @@ pub fn lines(
     } else {
         (bounds.max.recip(), bounds.min.recip())
     };
-    let coarse = 0.5 / widest;
     let fine = 0.2 / whole;
     let (low, high) = match near {
         None => (low.max(0.3 / whole), high),
@@ -104,16 +110,22 @@ pub fn lines(
     let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.segments.len())
         .map(|k| baseline(simulator, data, point, a, k, stride))
         .collect();
-    let states: Vec<Option<DMatrix<f64>>> = (0..data.segments.len())
+    let changes: Vec<Option<DMatrix<f64>>> = (0..data.segments.len())
         .map(|k| {
-            base[k]
-                .as_ref()
-                .and_then(|(y, _)| projector(simulator, h, data, point, a, k, stride, y))
+            let (y, _) = base[k].as_ref()?;
+            changes_of_start(simulator, h, data, point, a, k, stride, y)
         })
         .collect();
     let mut found: Vec<Line> = Vec::new();
+    let mut parts = Parts::of(data.segments, argument, widest, stride, &changes);
+    let mut coarse = 0.5 / widest;
     let mut centre = low + 0.5 * coarse;
     while centre - 0.5 * coarse < high {
+        if near.is_none() && parts.shorten_for(centre) {
+            let from = centre - 0.5 * coarse;
+            coarse = 0.5 / parts.widest;
+            centre = from + 0.5 * coarse;
+        }
         let value = if argument == Argument::Time {
             centre
         } else {
@@ -122,21 +134,19 @@ pub fn lines(
         probe.shared[f] = h.shared[f].position(value);
         let mut normals = Vec::new();
         for k in 0..data.segments.len() {
-            let (Some((y, residual)), Some(remove)) = (&base[k], &states[k]) else {
+            let (Some((y, residual)), Some(remove)) = (&base[k], &parts.bases[k]) else {
                 continue;
             };
             let segment = &data.segments[k];
+            let used = parts.used[k];
+            let samples = Samples::of(used, stride);
+            let (y, residual) = (&y[..samples.count], &residual[..samples.count]);
             let mut columns = Vec::new();
             for angle in [0.0, -0.25 * TAU] {
                 probe.per_run[segment.run][p] = angle;
                 let mut out = Vec::new();
                 if simulator
-                    .predict(
-                        segment,
-                        probe.values(k, segment.run),
-                        Samples::of(segment.time.len(), stride),
-                        &mut out,
-                    )
+                    .predict(segment, probe.values(k, segment.run), samples, &mut out)
                     .is_ok_and(|done| done)
                 {
                     columns.push(DVector::from_iterator(
@@ -157,8 +167,8 @@ pub fn lines(
             let noise = data.noise[segment.run];
             let weight = 1.0 / (noise * noise).max(r.norm_squared() / r.len() as f64);
             let middle = match argument {
-                Argument::Time => 0.5 * (segment.time[0] + segment.time[segment.time.len() - 1]),
-                Argument::Travel => 0.5 * (segment.travel + segment.travel_end),
+                Argument::Time => 0.5 * (segment.time[0] + segment.time[used - 1]),
+                Argument::Travel => 0.5 * (segment.travel + travel_after(segment, used)),
             };
             normals.push(SegmentNormal {
                 run: segment.run,
@@ -197,6 +207,93 @@ pub fn lines(
         centre += coarse;
     }
     found
+}
+
+/// Distance in m that belt and tip have moved against each other after the first `used` samples of a segment.
+fn travel_after(segment: &Segment, used: usize) -> f64 {
+    let last = segment.time.len() - 1;
+    if used > last {
+        return segment.travel_end;
+    }
+    let share = (used - 1) as f64 / last as f64;
+    segment.travel + share * (segment.travel_end - segment.travel)
+}
+
+/// Time in s or distance in m that the first `used` samples of a segment pass through.
+fn span(segment: &Segment, argument: Argument, used: usize) -> f64 {
+    match argument {
+        Argument::Time => segment.time[used - 1] - segment.time[0],
+        Argument::Travel => (travel_after(segment, used) - segment.travel).abs(),
+    }
+}
+
+/// The first part of every segment in which lines are looked for.
+struct Parts<'a> {
+    segments: &'a [Segment],
+    argument: Argument,
+    stride: usize,
+    /// What start state and level change, in each segment as a whole.
+    changes: &'a [Option<DMatrix<f64>>],
+    /// Longest part in s or m.
+    widest: f64,
+    /// Samples of each segment in its part.
+    used: Vec<usize>,
+    /// Orthonormal basis of what the start state explains of each part.
+    bases: Vec<Option<DMatrix<f64>>>,
+}
+
+impl<'a> Parts<'a> {
+    /// All of every segment.
+    fn of(
+        segments: &'a [Segment],
+        argument: Argument,
+        widest: f64,
+        stride: usize,
+        changes: &'a [Option<DMatrix<f64>>],
+    ) -> Self {
+        let mut parts = Self {
+            segments,
+            argument,
+            stride,
+            changes,
+            widest,
+            used: segments.iter().map(|s| s.time.len()).collect(),
+            bases: Vec::new(),
+        };
+        parts.project();
+        parts
+    }
+
+    /// Halves the parts until they hold no more than [`MOST_PERIODS`] of frequency or wave number `wave`; whether that was
+    /// needed.
+    fn shorten_for(&mut self, wave: f64) -> bool {
+        let before = self.widest;
+        while self.widest * wave > MOST_PERIODS {
+            self.widest *= 0.5;
+        }
+        if self.widest == before {
+            return false;
+        }
+        for (segment, used) in self.segments.iter().zip(&mut self.used) {
+            let whole = span(segment, self.argument, segment.time.len());
+            let wanted = (self.widest / whole).min(1.0) * (segment.time.len() - 1) as f64;
+            *used = (wanted as usize + 1).max(2 * self.stride);
+            *used = (*used).min(segment.time.len());
+        }
+        self.project();
+        true
+    }
+
+    fn project(&mut self) {
+        let of_part = |(changes, used): (&Option<DMatrix<f64>>, &usize)| {
+            let rows = Samples::of(*used, self.stride).count;
+            let part = changes.as_ref()?.rows(0, rows).into_owned();
+            let gram = part.tr_mul(&part);
+            scaled_inverse(&gram, 1e-9)?;
+            Some(part.qr().q())
+        };
+        self.bases = self.changes.iter().zip(&self.used).map(of_part).collect();
+    }
 }
 
 fn range(segments: &[Segment], argument: Argument) -> f64 {
@@ -257,9 +354,9 @@ fn baseline(
     Some((out, residual))
 }
 
-/// Orthonormal basis of what the start state and a constant offset of friction can explain.
+/// How the prediction changes with the start state: samples x directions.
 #[allow(clippy::too_many_arguments)]
-fn projector(
+fn changes_of_start(
     simulator: &mut dyn Simulator,
     h: &Hypothesis,
     data: &Observations,
@@ -296,9 +393,7 @@ fn projector(
             matrix[(row, c)] = (b - a) / step;
         }
     }
-    let gram = matrix.tr_mul(&matrix);
-    scaled_inverse(&gram, 1e-9)?;
-    Some(matrix.qr().q())
+    Some(matrix)
 }
 
 /// Gain, amplitude and phases at a frequency shifted by `shift` from the grid's.

@@ -69,7 +69,7 @@ fn switch_on(h: &Hypothesis, card: &EffectCard, point: &mut Point) {
     let strength = |name: &str, kind: Kind| {
         let own = name.strip_prefix(&format!("{}.", card.id))?;
         match kind {
-            Kind::Node => Some(OF_A_CURVE),
+            Kind::Node | Kind::Latent => Some(OF_A_CURVE),
             Kind::Amplitude | Kind::Shape => {
                 let of_card = card.parameters.iter().find(|p| p.name == own);
                 Some(of_card.map_or(OF_A_CURVE, |p| p.typical))

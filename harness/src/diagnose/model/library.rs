@@ -49,6 +49,9 @@ pub fn is_library_effect(id: &str) -> bool {
     id.starts_with(PREFIX)
 }
 
+/// Begin of the identifiers of formulas that stand for the curve of an unknown function.
+pub const FORMULA_PREFIX: &str = "term_formula_";
+
 /// What a proposal takes from a file.
 #[derive(Deserialize)]
 pub(crate) struct File {

@@ -17,6 +17,7 @@ use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
+use crate::diagnose::thresholds::MOST_WORK;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Run, of_one_sensor};
@@ -43,6 +44,9 @@ const SAMPLES_OF_A_STATE: usize = 10;
 /// Samples of a segment where no mode has a spring, by whose period it could be measured: as many as [`HORIZON`] has at 10 kHz.
 const FREE_SAMPLES: f64 = 200.0;
 
+/// Samples of the longest segments of the campaigns from which [`MOST_WORK`] was taken: twice [`HORIZON`] at 10 kHz.
+const LONG_SEGMENT: f64 = 400.0;
+
 /// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
 const ALIKE: f64 = 100.0;
 
@@ -59,11 +63,14 @@ fn nothing_moves(campaign: &Campaign) -> Error {
 }
 
 /// Horizon of a prediction in s: a cycle and a half of the lowest mode, most of the shortest stick-slip cycle, and enough samples
-/// to fit the start state from.
+/// to fit the start state from. Where an external force moves the tip, stick begins and ends as the force has it: the time
+/// between break-aways is then no cycle.
 fn horizon(runs: &[Run], structure: &Structure, smoothings: &[Smoothing]) -> f64 {
-    let shortest = smoothings
+    let shortest = runs
         .iter()
-        .map(|s| s.cycle)
+        .zip(smoothings)
+        .filter(|(run, _)| run.inputs.external_force.is_none())
+        .map(|(_, s)| s.cycle)
         .filter(|c| c.is_finite())
         .fold(f64::INFINITY, f64::min);
     let shortest = if shortest.is_finite() { shortest } else { 0.0 };
@@ -311,6 +318,24 @@ impl<'a> Problem<'a> {
     /// Makes fits count with the sensor's noise, as they may where a model explains the data.
     pub fn trust_sensor(&mut self) {
         self.fit_noise.clone_from(&self.noise);
+    }
+
+    /// Makes fits count with these standard deviations in m, one for each run.
+    pub fn count_with(&mut self, noise: Vec<f64>) {
+        self.fit_noise = noise;
+    }
+
+    /// Whether so much was computed that no more pairs are begun ([`MOST_WORK`]), longer and driven segments weighed by what they
+    /// cost.
+    pub fn is_budget_spent(&self) -> bool {
+        let samples = self.segments.iter().map(|s| s.time.len()).sum::<usize>();
+        let of_segment = samples as f64 / self.segments.len() as f64;
+        let runs = &self.campaign.runs;
+        let driven = match runs.iter().any(|r| r.inputs.series().next().is_some()) {
+            true => MOST_SEGMENTS as f64 / MOST_DRIVEN_SEGMENTS as f64,
+            false => 1.0,
+        };
+        self.work.spent() as f64 * driven * (of_segment / LONG_SEGMENT).max(1.0) > MOST_WORK
     }
 
     /// Whether the break-aways tell that friction depends on the place.

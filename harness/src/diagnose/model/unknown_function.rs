@@ -329,7 +329,11 @@ pub fn lowest_frequency(campaign: &Campaign, structure: &Structure) -> f64 {
 }
 
 /// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`].
-pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunction> {
+pub fn unknown_functions(
+    campaign: &Campaign,
+    lowest_hz: f64,
+    tip_mass_kg: f64,
+) -> Vec<UnknownFunction> {
     let runs = &campaign.runs;
     let most =
         |of: &dyn Fn(&crate::measurement::Run) -> f64| runs.iter().map(of).fold(0.0, f64::max);
@@ -342,18 +346,16 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
     let belt = most(&|r| r.belt_velocity.abs());
     let force = most(&|r| r.normal_force);
     let mean_force = runs.iter().map(|r| r.normal_force).sum::<f64>() / runs.len().max(1) as f64;
-    // Where nothing rubs, forces are measured by the one that drives.
+    // Where nothing rubs, forces are measured by the one that drives; where nothing drives either, by that of the moving mass.
     let push = |r: &crate::measurement::Run| {
         let series = r.inputs.external_force.iter().flat_map(|s| &s.values);
         series.fold(r.inputs.constant_external_force.abs(), |a, f| {
             a.max(f.abs())
         })
     };
-    let mean_force = if mean_force > 0.0 {
-        mean_force
-    } else {
-        most(&push)
-    };
+    let inertia = tip_mass_kg * half * (std::f64::consts::TAU * lowest_hz).powi(2);
+    let scales = [mean_force, most(&push), inertia];
+    let mean_force = scales.into_iter().find(|f| *f > 0.0).unwrap_or(1.0);
     let sliding = if belt > 0.0 {
         belt
     } else {
@@ -383,7 +385,11 @@ pub fn unknown_functions(campaign: &Campaign, lowest_hz: f64) -> Vec<UnknownFunc
     };
     ALL.iter()
         .map(|&(place, argument)| {
-            let (from, to) = range(argument);
+            let (from, to) = match range(argument) {
+                // It does not vary in this campaign: the curve can't act, and its nodes may be anywhere.
+                (from, to) if to <= from => (from, from + 1.0),
+                wide => wide,
+            };
             let at: Vec<f64> = (0..NODES)
                 .map(|i| from + (to - from) * i as f64 / (NODES - 1) as f64)
                 .collect();

@@ -179,14 +179,14 @@ pub fn conclude(
     })
 }
 
-/// The step of the ladder that is written as the calibrated model: the last one where its effects are named, or are terms beyond the
-/// catalogue that explain what no named one does; else the calibrated model.
+/// The step of the ladder that is written as the calibrated model: the last one where its effects are named, are terms beyond the
+/// catalogue that explain what no named one does, or explain most of what is missing; else the calibrated model.
 pub fn shown(problem: &Problem, selection: &Selection, verdict: Verdict, steps: &[Step]) -> usize {
     let choices = selection.path.last().map(|m| m.choices.as_slice());
     let is_beyond = choices.is_some_and(|c| is_beyond(problem, c));
     match verdict {
         Verdict::EffectFound => steps.len() - 1,
-        Verdict::UnknownEffect if is_beyond => steps.len() - 1,
+        Verdict::UnknownEffect if is_beyond || selection.is_incomplete => steps.len() - 1,
         _ => 0,
     }
 }

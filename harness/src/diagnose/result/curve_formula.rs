@@ -4,6 +4,7 @@ use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::explanation::curve_estimate::curve_estimate;
 use crate::diagnose::explanation::short_formula::{Curve, short_formulas};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
+use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{FormulaConstant, UnknownFunction};
@@ -13,9 +14,6 @@ use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
 use crate::parallel::parallel;
-
-/// How the identifiers of all of them begin: terms beyond the catalogue.
-const PREFIX: &str = "term_formula_";
 
 /// A formula that may take the place of a curve.
 #[derive(Debug, Clone)]
@@ -72,7 +70,7 @@ pub fn formulas(problem: &Problem, selection: &Selection) -> Vec<CurveFormula> {
     let formulas = short_formulas(&curve).into_iter().enumerate();
     formulas
         .map(|(i, formula)| {
-            let id = format!("{PREFIX}{}", i + 1);
+            let id = format!("{FORMULA_PREFIX}{}", i + 1);
             CurveFormula {
                 file: function.formula_file(&id, &formula.curve, &formula.constants, memory_s),
                 id,

@@ -7,7 +7,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::select::{Beyond, Selection};
 use crate::diagnose::selection::ties::others;
-use crate::diagnose::thresholds::{MOST_SPECTRAL_RATIO, MOST_WORK};
+use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
 
@@ -76,7 +76,7 @@ pub(crate) fn remarks(
             ));
         }
     }
-    if !selection.explained && !selection.by_hand && problem.work.spent() > MOST_WORK {
+    if !selection.explained && !selection.by_hand && problem.is_budget_spent() {
         out.push(
             "The budget of the search was spent before all pairs of effects were tried.".to_owned(),
         );
@@ -102,17 +102,36 @@ fn with_interval(name: &str, estimate: &Estimate) -> String {
 /// Share of the error on runs kept out that an effect must remove to be mentioned although it is not all.
 const HELPS: f64 = 0.3;
 
-/// What the catalogue removes of a misfit that it does not explain, run by run; empty if that is little.
-fn helps(problem: &Problem, calibrated: &Rung, last: &Rung) -> String {
+/// What the effects of the ladder remove of a misfit that they do not explain, run by run; empty if that is little.
+fn helps(problem: &Problem, ladder: &[Rung]) -> String {
+    let Some((calibrated, effects)) = ladder.get(1..).and_then(|rungs| rungs.split_first()) else {
+        return String::new();
+    };
+    let Some(last) = effects.last() else {
+        return String::new();
+    };
     let overall = 1.0 - last.holdout_nrmse / calibrated.holdout_nrmse;
-    if last.step == calibrated.step || !(overall >= HELPS) {
+    if !(overall >= HELPS) {
         return String::new();
     }
+    let titled = |rung: &Rung| {
+        let id = rung.step.trim_start_matches("+ ");
+        let card = problem.catalogue.iter().find(|c| c.id == id);
+        match card {
+            Some(card) => format!("{id} ({})", card.title),
+            None => id.to_owned(),
+        }
+    };
+    let names: Vec<String> = effects.iter().map(titled).collect();
     format!(
-        " Part of it is {}: that step removes {:.0} % of the error on runs kept out ({}). It is not all, so it is not named as the cause.",
-        last.step.trim_start_matches("+ "),
+        " {} of it is explained by {}: the error on what was kept out falls by {:.0} %, from {:.2} % to {:.2} % ({}). {:.1} times the sensor noise remains: something else is missing too.",
+        if overall >= 0.5 { "Most" } else { "Part" },
+        names.join(" and "),
         100.0 * overall,
-        falls_by_run(problem, calibrated, last)
+        100.0 * calibrated.holdout_nrmse,
+        100.0 * last.holdout_nrmse,
+        falls_by_run(problem, calibrated, last),
+        last.holdout_over_noise
     )
 }
 
@@ -304,7 +323,7 @@ pub(crate) fn words(
                     "What was tried by hand ({tried}) does not explain the data: after calibration {:.1} times the sensor noise remains, and {:.1} times with all that was tried. No other effect was tried; `diagnose` searches the catalogue.{near}{}{}",
                     calibrated.holdout_over_noise,
                     last.holdout_over_noise,
-                    helps(problem, calibrated, last),
+                    helps(problem, ladder),
                     foretold(break_aways)
                 );
             }
@@ -321,7 +340,7 @@ pub(crate) fn words(
             format!(
                 "{tried} {:.1} times the sensor noise remains, and {without}.{near}{}{}",
                 calibrated.holdout_over_noise,
-                helps(problem, calibrated, last),
+                helps(problem, ladder),
                 foretold(break_aways)
             )
         }

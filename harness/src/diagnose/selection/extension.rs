@@ -103,7 +103,7 @@ fn price(problem: &Problem, effects: usize) -> f64 {
 }
 
 /// A hypothesis with each effect of the catalogue and the library that it lacks.
-fn one_more(problem: &Problem, choices: &[Choice]) -> Vec<Vec<Choice>> {
+pub(crate) fn one_more(problem: &Problem, choices: &[Choice]) -> Vec<Vec<Choice>> {
     let all = all_variants(problem).into_iter().chain(library(problem));
     all.filter(|more| choices.iter().all(|c| c.effect != more.effect))
         .map(|more| choices.iter().cloned().chain([more]).collect())

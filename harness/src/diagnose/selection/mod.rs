@@ -2,6 +2,7 @@
 
 pub mod bootstrap;
 pub mod decision;
+pub mod discrepancy;
 pub mod extension;
 pub mod fitted_model;
 pub mod full_refit;

@@ -3,10 +3,11 @@
 use crate::diagnose::initialisation::score_test::{Promise, promise};
 use crate::diagnose::initialisation::search_options::{FIXED, HIDDEN};
 use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::library::is_library_effect;
+use crate::diagnose::model::variants::library;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::Screen;
-use crate::diagnose::thresholds::MOST_WORK;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -16,9 +17,9 @@ const BATCH: usize = 6;
 /// Pairs of a leader whose second effect is searched for again from their own optima.
 const RESTARTED: usize = 2;
 
-/// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other, the reference
-/// model held to what is believed of it, the best then fitted freely. Ends with the first
-/// leader that has a pair without values of its own along each run down to the noise.
+/// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other of the catalogue and
+/// with those of the library that promise most, the reference model held to what is believed of it, the best then fitted
+/// freely. Ends with the first leader that has a pair without values of its own along each run down to the noise.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -35,7 +36,8 @@ pub(crate) fn held(
         leaders.iter().partition(|leader| leader.is_local());
     for leader in simple.into_iter().chain(local) {
         let first = &leader.choices[0];
-        let mut jobs = most_promising_first(screen, with(first, list, &led), leader)?;
+        let mut jobs =
+            most_promising_first(screen, with(screen, first, list, &led), leader, watch)?;
         let mut found: Vec<FittedModel> = Vec::new();
         for batch in jobs.chunks(BATCH) {
             let mut new = screen.freed(&screen.compete(batch, leader, FIXED, watch)?)?;
@@ -79,7 +81,7 @@ pub(crate) fn held(
 
 /// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.
 fn is_over(screen: &Screen, watch: &dyn Watch) -> bool {
-    watch.stop() || screen.problem.work.spent() > MOST_WORK
+    watch.stop() || screen.problem.is_budget_spent()
 }
 
 /// Whether a pair without values of its own along each run explains the data; those imitate much.
@@ -91,23 +93,37 @@ fn explains(screen: &Screen, best: Option<&mut FittedModel>) -> Result<bool, Err
 }
 
 /// Pairs with a leader in the order of what a score test promises of the second effect, so that the search may end early. Far
-/// from the noise that test orders and never drops; what it can't test comes after what gains anything.
+/// from the noise that test orders and never drops an effect of the catalogue; what it can't test comes after what gains
+/// anything. Of the library, those remain that are in the first batch.
 fn most_promising_first(
     screen: &Screen,
     jobs: Vec<Vec<Choice>>,
     leader: &FittedModel,
+    watch: &dyn Watch,
 ) -> Result<Vec<Vec<Choice>>, Error> {
     let at = screen.at(leader);
-    let promises = parallel(&jobs, |choices| promise(screen.problem, choices, at, at))?;
+    let promises = parallel(&jobs, |choices| match watch.stop() {
+        true => Ok(None),
+        false => promise(screen.problem, choices, at, at),
+    })?;
     let gain = |p: &Option<Promise>| p.as_ref().map_or(0.0, |p| p.gain);
     let mut order: Vec<(f64, Vec<Choice>)> = promises.iter().map(gain).zip(jobs).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Ok(order.into_iter().map(|(_, choices)| choices).collect())
+    let of_library = |choices: &[Choice]| {
+        let second = choices.last().expect("a pair");
+        is_library_effect(&screen.problem.catalogue[second.effect].id)
+    };
+    let ranked = order.into_iter().map(|(_, choices)| choices).enumerate();
+    Ok(ranked
+        .filter(|(rank, choices)| *rank < BATCH || !of_library(choices))
+        .map(|(_, choices)| choices)
+        .collect())
 }
 
-/// The pairs of an effect with every other that has not led yet.
-fn with(first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
+/// The pairs of an effect with every other of the catalogue that has not led yet, and of the library.
+fn with(screen: &Screen, first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
     list.iter()
+        .chain(&library(screen.problem))
         .filter(|c| c.effect != first.effect && !led.contains(c))
         .map(|c| vec![first.clone(), c.clone()])
         .collect()

@@ -5,7 +5,7 @@
 //! with the best.
 
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::score_test::{Promise, is_testable, promise};
+use crate::diagnose::initialisation::score_test::{At, Promise, is_testable, promise};
 use crate::diagnose::initialisation::search_options::{BRIEF, CURVE, FIXED, HIDDEN, STRONG_PRIOR};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
@@ -250,7 +250,7 @@ impl Exploration<'_> {
             .chain(unknown(problem))
             .map(|choice| vec![choice])
             .collect();
-        let promises = parallel(&jobs, |choices| promise(problem, choices, at, at))?;
+        let promises = parallel(&jobs, |choices| self.promised(choices, at))?;
         let mut rivals: Vec<(Vec<Choice>, Promise)> = jobs
             .into_iter()
             .zip(promises)
@@ -334,6 +334,14 @@ impl Exploration<'_> {
         Ok(self.held_alone.clone().expect("just made"))
     }
 
+    /// What a score test promises of the last of `choices`; `None` also once the search is stopped.
+    fn promised(&self, choices: &[Choice], at: At) -> Result<Option<Promise>, Error> {
+        match self.watch.stop() {
+            true => Ok(None),
+            false => promise(self.problem, choices, at, at),
+        }
+    }
+
     /// The `count` of effects that a score test beside `alone` promises most of, each alone. Far from the noise the test orders and says no
     /// more.
     fn most_promising(
@@ -344,7 +352,7 @@ impl Exploration<'_> {
     ) -> Result<Vec<Vec<Choice>>, Error> {
         let at = self.screen.at(alone);
         let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
-        let promises = parallel(&jobs, |choices| promise(self.problem, choices, at, at))?;
+        let promises = parallel(&jobs, |choices| self.promised(choices, at))?;
         let gain = |p: Option<Promise>| p.map_or(f64::NEG_INFINITY, |p| p.gain);
         let mut all: Vec<(f64, Vec<Choice>)> = promises.into_iter().map(gain).zip(jobs).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));

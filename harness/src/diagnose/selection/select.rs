@@ -64,6 +64,9 @@ pub struct Selection {
     pub by_break_aways: bool,
     /// The term beyond the catalogue at the end of the path, if it needs one.
     pub beyond: Option<Beyond>,
+    /// Whether the path ends with what explains most while something else is missing too
+    /// ([`super::discrepancy`]).
+    pub is_incomplete: bool,
     /// Whether it was stopped before its end.
     pub stopped: bool,
     /// Whether the effects were named by hand, so that no other was tried.
@@ -188,6 +191,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         path,
         explained,
         by_break_aways,
+        is_incomplete: false,
         beyond,
         stopped,
         by_hand: false,
@@ -249,7 +253,10 @@ pub fn calibrate_threshold(
 }
 
 /// Judges the best candidates on the runs kept out, briefly; not those that fit worse than the reference model.
-fn judge_candidates(
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn judge_candidates(
     problem: &Problem,
     calibrated: &FittedModel,
     singles: &mut [FittedModel],
@@ -316,6 +323,7 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         by_break_aways: !explained && is_profile_alone && problem.place_is_told(),
         explained,
         beyond: None,
+        is_incomplete: false,
         stopped: path.len() < effects.len(),
         by_hand: true,
         path,

@@ -1,5 +1,6 @@
 //! What one fitted model leaves: errors, forecasts, whiteness, identifiability.
 
+pub mod correlation_time;
 pub mod estimate;
 pub mod forecast;
 pub mod forecast_band;

@@ -1,0 +1,182 @@
+//! Which effects explain most where no hypothesis comes down to the noise.
+//!
+//! No model of a real machine is complete. Counted with the sensor's noise, all hypotheses are then equally hopeless, and
+//! their evidence says nothing. What the best of them leaves in each run is an estimate of what nobody modelled: with its
+//! size s and its correlation time tau in samples, fits count with the noise
+//!
+//! ```text
+//! sigma = max(sensor, s sqrt(tau))
+//! ```
+//!
+//! so that n samples say as much as n / tau independent ones with the error s. With that noise hypotheses compare by their
+//! evidence as elsewhere, and effects are added one after another while a score test finds one that is worth its price.
+//! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
+//! variance and correlation time.
+
+use crate::diagnose::initialisation::score_test::{Promise, promise};
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::library::FORMULA_PREFIX;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::is_unknown_function;
+use crate::diagnose::selection::decision::{log_posterior, log_prior};
+use crate::diagnose::selection::extension::one_more;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::screening::{POLISH, Screen};
+use crate::diagnose::selection::select::{Selection, judge_candidates};
+use crate::diagnose::validation::correlation_time::correlation_times;
+use crate::error::Error;
+use crate::parallel::parallel;
+use crate::watch::Watch;
+
+/// Hypotheses of the search before that are compared again: as many as are judged on what was kept out.
+const COMPARED: usize = 8;
+/// Unknown functions that are compared with what has a name: the best of each of two places.
+const CURVES: usize = 2;
+/// Effects beside a leader that are fitted, those that promise most: two for each of two processors.
+const FITTED: usize = 4;
+/// Effects of one hypothesis at most.
+const MOST_EFFECTS: usize = 4;
+
+/// The models fitted, best first by what they leave.
+fn by_error(selection: &Selection) -> Vec<&FittedModel> {
+    let mut all: Vec<&FittedModel> = std::iter::once(&selection.calibrated)
+        .chain(&selection.path)
+        .chain(&selection.singles)
+        .chain(&selection.pairs)
+        .collect();
+    all.sort_by(|a, b| a.fit.nrmse.total_cmp(&b.fit.nrmse));
+    all
+}
+
+/// Noise in m with which fits of each run are to count: what the best model of a selection leaves.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn discrepancy(problem: &Problem, selection: &Selection) -> Result<Vec<f64>, Error> {
+    let best = by_error(selection)[0];
+    let segments = problem.copies(&best.fit.segments);
+    let times = correlation_times(problem, &segments, &best.fitted)?;
+    let of_run = |(run, tau): (usize, &f64)| {
+        let left = best.fit.by_run[run] * problem.spread[run];
+        // Of runs that were not fitted nothing is known: as large a share of the motion as elsewhere.
+        let left = match left.is_finite() {
+            true => left,
+            false => best.fit.nrmse * problem.spread[run],
+        };
+        problem.noise[run].max(left * tau.sqrt())
+    };
+    Ok(times.iter().enumerate().map(of_run).collect())
+}
+
+/// Compares the best models of a selection that explains nothing again, with the noise that the problem's fits count with by
+/// now, adds effects while they are worth their price, and puts the most probable hypothesis at the end of the path.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn explain_most(
+    problem: &Problem,
+    selection: &mut Selection,
+    watch: &dyn Watch,
+) -> Result<(), Error> {
+    let screen = Screen::new(problem);
+    let mut known: Vec<FittedModel> = by_error(selection)
+        .into_iter()
+        .filter(|m| !m.is_local() && !m.choices.is_empty() && has_names(problem, m))
+        .take(COMPARED)
+        .cloned()
+        .collect();
+    known.insert(0, selection.calibrated.clone());
+    let curves = by_error(selection).into_iter();
+    let mut curves: Vec<FittedModel> = curves
+        .filter(|m| !has_names(problem, m))
+        .take(CURVES)
+        .cloned()
+        .collect();
+    curves = parallel(&curves, |model| screen.further(model, POLISH))?;
+    let mut models = parallel(&known, |model| screen.further(model, POLISH))?;
+    let mut led: Vec<Vec<Choice>> = Vec::new();
+    while !watch.stop() {
+        let leader = most_probable(problem, &models);
+        if leader.choices.len() == MOST_EFFECTS || led.contains(&leader.choices) {
+            break;
+        }
+        watch.step(&name(problem, &leader.choices), led.len(), MOST_EFFECTS);
+        led.push(leader.choices.clone());
+        let new = one_further(&screen, leader, watch)?;
+        screen.keep_better(&mut models, new);
+    }
+    // What has no name must have more evidence than all that has one, its constants priced.
+    screen.keep_better(&mut models, curves);
+    let best = most_probable(problem, &models).clone();
+    let mut path = Vec::new();
+    for count in 1..=best.choices.len() {
+        path.push(match count == best.choices.len() {
+            true => best.clone(),
+            false => part(&screen, &best, count)?,
+        });
+    }
+    let has_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
+    models.retain(|m| !has_path(m));
+    if let Some(i) = models.iter().position(|m| m.choices.is_empty()) {
+        selection.calibrated = models.remove(i);
+    }
+    models.sort_by(|a, b| log_posterior(problem, b).total_cmp(&log_posterior(problem, a)));
+    (selection.singles, selection.pairs) = models.into_iter().partition(|m| m.choices.len() == 1);
+    judge_candidates(
+        problem,
+        &selection.calibrated,
+        &mut selection.singles,
+        &mut selection.pairs,
+    )?;
+    selection.path = path;
+    selection.tested.clear();
+    selection.is_incomplete = true;
+    Ok(())
+}
+
+/// Whether all effects of a model are those of catalogue and library.
+fn has_names(problem: &Problem, model: &FittedModel) -> bool {
+    let mut cards = model.choices.iter().map(|c| &problem.catalogue[c.effect]);
+    cards.all(|card| !is_unknown_function(&card.id) && !card.id.starts_with(FORMULA_PREFIX))
+}
+
+fn most_probable<'a>(problem: &Problem, models: &'a [FittedModel]) -> &'a FittedModel {
+    models
+        .iter()
+        .max_by(|a, b| log_posterior(problem, a).total_cmp(&log_posterior(problem, b)))
+        .expect("the calibrated model is among them")
+}
+
+/// A leader with one effect more, for those that a score test finds worth their price, the most promising ones.
+fn one_further(
+    screen: &Screen,
+    leader: &FittedModel,
+    watch: &dyn Watch,
+) -> Result<Vec<FittedModel>, Error> {
+    let problem = screen.problem;
+    let jobs = one_more(problem, &leader.choices);
+    let at = screen.at(leader);
+    let promises = parallel(&jobs, |choices| match watch.stop() {
+        true => Ok(None),
+        false => promise(problem, choices, at, at),
+    })?;
+    let effects = leader.choices.len();
+    let price = log_prior(problem, effects) - log_prior(problem, effects + 1);
+    let mut promising: Vec<(Vec<Choice>, Promise)> = jobs
+        .into_iter()
+        .zip(promises)
+        .filter_map(|(choices, promise)| Some((choices, promise?)))
+        .filter(|(_, promise)| promise.gain > price)
+        .collect();
+    promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+    promising.truncate(FITTED);
+    parallel(&promising, |(choices, promise)| {
+        let there = screen.fitted_from(choices, promise.start.clone())?;
+        screen.further(&there, POLISH)
+    })
+}
+
+/// The first `count` effects of a model alone, fitted from its optimum.
+fn part(screen: &Screen, model: &FittedModel, count: usize) -> Result<FittedModel, Error> {
+    screen.reordered(model, &model.choices[..count])
+}
