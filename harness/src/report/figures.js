@@ -6,6 +6,8 @@ const Figures = (() => {
   const COLOURS = {/* colours */};
   const DARK = matchMedia("(prefers-color-scheme: dark)");
   const TOUCH = matchMedia("(pointer: coarse)");
+  // Without a pointer that hovers, the buttons are always there and need room beside the figure.
+  const BUTTONS_STAY = matchMedia("(hover: none)");
   const CONFIG = {
     responsive: true,
     displaylogo: false,
@@ -26,14 +28,16 @@ const Figures = (() => {
     const { data, layout } = JSON.parse(recoloured(figure.querySelector("script").textContent));
     // A finger that drags scrolls the page; the buttons in the figure zoom.
     if (TOUCH.matches) layout.dragmode = false;
+    if (BUTTONS_STAY.matches) layout.margin.r = 36;
     // Zoom and hidden series survive a change between light and dark.
     layout.uirevision = 1;
     const isFirst = !figure.dataset.drawn;
-    figure.dataset.drawn = "yes";
+    figure.dataset.drawn = "begun";
     plot.home = { "xaxis.range": [...layout.xaxis.range], "yaxis.range": [...layout.yaxis.range] };
     return Plotly.react(plot, data, layout, CONFIG).then(() => {
       if (isFirst) plot.on("plotly_afterplot", () => openToKeys(plot));
       openToKeys(plot);
+      figure.dataset.drawn = "yes";
     });
   }
 
