@@ -2,7 +2,9 @@
 
 use plotly::Layout;
 use plotly::common::{Anchor, ExponentFormat, Font, Label, Orientation, TickMode, Title};
-use plotly::layout::{Axis as PlotlyAxis, AxisType, HoverMode, Legend, Margin, ModeBar};
+use plotly::layout::{
+    Axis as PlotlyAxis, AxisType, HoverMode, ItemSizing, Legend, Margin, ModeBar,
+};
 
 use super::axis::{Axis, Kind, Scale};
 use super::colour::Colour;
@@ -37,6 +39,7 @@ pub(super) fn layout() -> Layout {
         .legend(
             Legend::new()
                 .background_color("#00000000")
+                .item_sizing(ItemSizing::Constant)
                 .orientation(Orientation::Horizontal)
                 .x(0.0)
                 .y(1.0)
@@ -85,7 +88,7 @@ impl Axis {
             .tick_text(texts)
     }
 
-    /// A value as the axis takes it, to a millionth of what the axis shows: the browser reads it as text.
+    /// A value as the axis takes it, to a hundred-thousandth of what the axis shows: the browser reads it as text.
     pub(super) fn coordinate(&self, value: f64, scale: &Scale) -> f64 {
         match self.kind {
             Kind::Log if value > 0.0 => format!("{value:.5e}").parse().unwrap_or(value),

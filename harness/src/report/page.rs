@@ -252,3 +252,63 @@ fn markup(figure: &dyn Figure, number: usize, columns: usize) -> Markup {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{Axis, Plot};
+
+    fn plot(points: usize) -> Plot {
+        let x: Vec<f64> = (0..points).map(|i| 1e-4 * i as f64).collect();
+        let y: Vec<f64> = x.iter().map(|x| (300.0 * x).sin()).collect();
+        Plot::new(Axis::linear("time", "s"), Axis::linear("way", "mm"))
+            .line("</script>", Colour::Blue, &x, &y)
+            .caption("A wave.")
+    }
+
+    #[test]
+    fn a_page_of_long_records_stays_small() {
+        let record = plot(100_000);
+        let page = (0..60).fold(Page::new("a", "b"), |page, _| page.figure(&record));
+        let html = page.html();
+        assert!(html.len() <= LARGEST, "{}", html.len());
+        assert_eq!(html.matches("<figure ").count(), 60);
+        assert!(html.contains("of 100000 points are drawn: extremes are kept"));
+    }
+
+    #[test]
+    fn sections_fold_where_there_are_figures() {
+        let page = |first: bool| {
+            let page = Page::new("a", "b");
+            let page = if first { page.figure(&plot(9)) } else { page };
+            let page = page.section("One").figure(&plot(9)).section("Two");
+            page.paragraph("End.")
+                .foot(&[("version", "1".into())])
+                .html()
+        };
+        let (behind, at_once) = (page(true), page(false));
+        assert_eq!(behind.matches("<details id=").count(), 2);
+        assert_eq!(behind.matches("</details>").count(), 2);
+        assert!(!behind.contains("\" open>") && at_once.contains("<details id=\"one\" open>"));
+        assert!(behind.find("</details>").unwrap() < behind.find("<footer>").unwrap());
+        assert_eq!(behind.matches(plotly_script()).count(), 1, "one copy");
+    }
+
+    #[test]
+    fn a_page_without_figures_has_neither_folds_nor_scripts() {
+        let html = Page::new("a", "b").section("One").paragraph("c").html();
+        assert!(!html.contains("<script") && !html.contains("<details"));
+        assert!(html.contains("<h2 id=\"one\">One</h2>"));
+    }
+
+    #[test]
+    fn no_name_ends_the_script_that_holds_it() {
+        let html = Page::new("a", "b").figure(&plot(9)).html();
+        let (_, rest) = html
+            .split_once("<script type=\"application/json\">")
+            .unwrap();
+        let json = rest.split("</script>").next().unwrap();
+        let figure: serde_json::Value = serde_json::from_str(json).unwrap();
+        assert_eq!(figure["data"][0]["name"], "</script>");
+    }
+}

@@ -9,7 +9,7 @@ use super::axis::{Axis, Scale};
 use super::colour::Colour;
 use super::layer::{Layer, Shape};
 use super::number;
-use super::thinning::{Point, kept, one_per_cell};
+use super::thinning::{Point, is_finite, kept, one_per_cell};
 
 /// Two axes and how finely they are resolved.
 pub(super) struct Frame<'a> {
@@ -40,8 +40,8 @@ impl Traces {
         });
     }
 
-    fn count(&mut self, given: usize, runs: &Runs) {
-        self.given += given;
+    fn count(&mut self, given: &[Point], runs: &Runs) {
+        self.given += given.iter().filter(|p| is_finite(p)).count();
         self.shown += runs.iter().map(Vec::len).sum::<usize>();
     }
 }
@@ -56,8 +56,9 @@ impl Frame<'_> {
                 dashed,
                 width,
             } => {
-                let runs = self.kept(points);
-                traces.count(points.len(), &runs);
+                let cells = self.cells(points, 1.0);
+                let runs = kept(&cells, self.columns).runs;
+                traces.count(&cells, &runs);
                 let line = self.curve(points, &runs).mode(Mode::Lines);
                 traces.push(name, line.line(stroke(colour, width.max(1.1), *dashed)));
             }
@@ -69,8 +70,10 @@ impl Frame<'_> {
                 );
             }
             Shape::Cloud(points) => {
-                let runs = vec![one_per_cell(&self.cells(points, 1.0 / 3.0), self.columns)];
-                traces.count(points.len(), &runs);
+                // A point of a cloud is three columns wide.
+                let cells = self.cells(points, 1.0 / 3.0);
+                let runs = vec![one_per_cell(&cells, self.columns)];
+                traces.count(&cells, &runs);
                 let marker = Marker::new().color(colour.hex()).size(4).opacity(0.6);
                 let cloud = self.curve(points, &runs).mode(Mode::Markers);
                 traces.push(name, cloud.marker(marker));
@@ -120,10 +123,6 @@ impl Frame<'_> {
         points.iter().map(cell).collect()
     }
 
-    fn kept(&self, points: &[(f64, f64)]) -> Runs {
-        kept(&self.cells(points, 1.0), self.columns).runs
-    }
-
     /// A trace through points; between runs it is interrupted.
     fn curve(&self, points: &[(f64, f64)], runs: &Runs) -> Curve {
         let (mut x, mut y, mut values) = (Vec::new(), Vec::new(), Vec::new());
@@ -155,7 +154,8 @@ impl Frame<'_> {
         let edge = |of: fn(&(f64, f64, f64)) -> f64| -> Curve {
             let points = band.iter().filter(finite).map(|p| (p.0, of(p)));
             let points: Vec<(f64, f64)> = points.collect();
-            let trace = self.curve(&points, &self.kept(&points));
+            let kept = kept(&self.cells(&points, 1.0), self.columns);
+            let trace = self.curve(&points, &kept.runs);
             trace.mode(Mode::Lines).line(stroke(colour, 0.0, false))
         };
         [edge(|p| p.1), edge(|p| p.2)]

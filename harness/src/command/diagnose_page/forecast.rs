@@ -87,12 +87,6 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
     let plot = Plot::new(
         Axis::linear("time since the run began", "s"),
         Axis::linear("tip displacement", "mm"),
-    )
-    .thin_line(
-        "measured",
-        Colour::Ink,
-        &time[..shown],
-        &scaled(&run.displacement[..shown], MILLI),
     );
     // Without the effect, where one was found.
     let ladder = &material.diagnosis.error_ladder;
@@ -127,11 +121,18 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
         None => plot,
     };
     let plot = plot
-        .thin_line(
+        // The measured line on top is thinner: where both agree, both are seen.
+        .wide_line(
             "forecast",
             Colour::Orange,
             &when[..ahead],
             &scaled(&predicted[..ahead], MILLI),
+        )
+        .thin_line(
+            "measured",
+            Colour::Ink,
+            &time[..shown],
+            &scaled(&run.displacement[..shown], MILLI),
         )
         .upright("learning stopped", Colour::Green, forecast.learned_s)
         .upright(
