@@ -121,6 +121,7 @@ impl Figure for Bars {
                     colour: Colour::Red,
                     shape: Shape::Upright(*value),
                 },
+                name,
                 &mut traces,
             );
         }

@@ -31,16 +31,21 @@ const Figures = (() => {
     if (TOUCH.matches) layout.dragmode = false;
     if (BUTTONS_STAY.matches) layout.margin.r = 36;
     if (plot.clientWidth < NARROW) narrow(data, layout);
-    // Zoom and hidden series survive a change between light and dark.
-    layout.uirevision = 1;
     const isFirst = !figure.dataset.drawn;
     figure.dataset.drawn = "begun";
     plot.home = { "xaxis.range": [...layout.xaxis.range], "yaxis.range": [...layout.yaxis.range] };
+    if (!isFirst) keepView(plot, data, layout);
     return Plotly.react(plot, data, layout, CONFIG).then(() => {
       if (isFirst) plot.on("plotly_afterplot", () => openToKeys(plot));
       openToKeys(plot);
       figure.dataset.drawn = "yes";
     });
+  }
+
+  // Zoom and hidden series outlast a change between light and dark.
+  function keepView(plot, data, layout) {
+    data.forEach((trace, i) => (trace.visible = plot.data[i].visible));
+    for (const axis of ["xaxis", "yaxis"]) layout[axis].range = [...plot.layout[axis].range];
   }
 
   // Names below a narrow figure are broken, not turned, and notes stand above their points, not beside them.
@@ -114,21 +119,22 @@ const Figures = (() => {
     const rows = [["series", title("xaxis"), title("yaxis"), "low", "high"]];
     for (const trace of plot.data) {
       if (trace.type === "heatmap") continue;
-      const acrossX = trace.xaxis === "x2";
-      const acrossY = trace.yaxis === "y2";
-      const error = trace.error_x;
-      trace.x.forEach((x, i) => {
-        const y = trace.y[i];
-        if (x === null || y === null) return;
-        rows.push([
-          (trace.name || "").trim(),
-          acrossX ? "" : back("xaxis", x),
-          acrossY ? "" : back("yaxis", y),
-          error ? back("xaxis", x - error.arrayminus[i]) : "",
-          error ? back("xaxis", x + error.array[i]) : "",
-          ...(trace.mode === "text" ? [trace.text[i]] : []),
-        ]);
-      });
+      const name = (trace.name || "").trim();
+      // What reaches from edge to edge has one value, shaded stretches have their two ends.
+      if (trace.xaxis === "x2") rows.push([name, "", back("yaxis", trace.y[0])]);
+      else if (trace.fill === "toself")
+        for (let i = 0; i < trace.x.length; i += 5)
+          rows.push([name, "", "", back("xaxis", trace.x[i]), back("xaxis", trace.x[i + 2])]);
+      else if (trace.yaxis === "y2") rows.push([name, back("xaxis", trace.x[0]), ""]);
+      else
+        trace.x.forEach((x, i) => {
+          const y = trace.y[i];
+          if (x === null || y === null) return;
+          const error = trace.error_x;
+          const ends = error ? [x - error.arrayminus[i], x + error.array[i]].map((v) => back("xaxis", v)) : ["", ""];
+          const note = trace.mode === "text" ? [trace.text[i].trim()] : [];
+          rows.push([name, back("xaxis", x), back("yaxis", y), ...ends, ...note]);
+        });
     }
     const cell = (v) => (/[",\n]/.test(v) ? '"' + String(v).replaceAll('"', '""') + '"' : v);
     return rows.map((row) => row.map(cell).join(",")).join("\n") + "\n";

@@ -39,6 +39,7 @@ pub(super) fn layout() -> Layout {
         .legend(
             Legend::new()
                 .background_color("#00000000")
+                .trace_group_gap(0)
                 .item_sizing(ItemSizing::Constant)
                 .orientation(Orientation::Horizontal)
                 .x(0.0)

@@ -162,6 +162,18 @@ impl Plot {
         self.layer("", colour, Shape::Notes(notes))
     }
 
+    /// The legend's entry that a layer comes and goes with: its own, or that of the nearest layer of its colour.
+    fn group(&self, layer: usize) -> &str {
+        let is_like = |l: &&Layer| l.colour == self.layers[layer].colour && !l.name.is_empty();
+        let (before, after) = self.layers.split_at(layer);
+        let before = before.iter().rev().enumerate().map(|(i, l)| (i + 1, l));
+        before
+            .chain(after.iter().enumerate())
+            .filter(|(_, l)| is_like(l))
+            .min_by_key(|(distance, _)| *distance)
+            .map_or("", |(_, l)| &l.name)
+    }
+
     /// The values on the y axis, of points inside the x range only: what is cut off must not set the scale.
     fn ys(&self, x: Scale) -> impl Iterator<Item = f64> + '_ {
         let inside = move |v: f64| (x.low..=x.high).contains(&v);
@@ -203,8 +215,8 @@ impl Figure for Plot {
             columns,
         };
         let mut traces = Traces::default();
-        for layer in &self.layers {
-            frame.add(layer, &mut traces);
+        for (i, layer) in self.layers.iter().enumerate() {
+            frame.add(layer, self.group(i), &mut traces);
         }
         let layout = layout()
             .x_axis(self.x.layout(&x))
@@ -310,6 +322,27 @@ mod tests {
             2,
             "{shown:?}"
         );
+    }
+
+    #[test]
+    fn what_has_no_name_comes_and_goes_with_its_colour() {
+        let (x, y) = ([0.0, 1.0], [1.0, 2.0]);
+        let plot = plot(Axis::linear("way", "mm"))
+            .scatter("", Colour::Blue, &x, &y)
+            .line("a", Colour::Blue, &x, &y)
+            .line("b", Colour::Red, &x, &y)
+            .scatter("", Colour::Red, &x, &y)
+            .scatter("", Colour::Green, &x, &y);
+        let data = data(&plot);
+        assert_eq!(data[0]["legendgroup"], data[1]["legendgroup"]);
+        assert_eq!(
+            (&data[3]["legendgroup"], &data[3]["name"]),
+            (&data[2]["legendgroup"], &"b".into())
+        );
+        assert_ne!(data[0]["legendgroup"], data[2]["legendgroup"]);
+        assert!(data[4]["legendgroup"].is_null());
+        let shown: Vec<bool> = data.iter().map(|t| t["showlegend"] == true).collect();
+        assert_eq!(shown, [false, true, true, false, false]);
     }
 
     #[test]

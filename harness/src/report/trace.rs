@@ -27,16 +27,28 @@ pub(super) struct Traces {
     pub given: usize,
 }
 
+/// What a layer is called in the legend.
+pub(super) struct Name<'a> {
+    /// Its entry, or nothing.
+    pub own: &'a str,
+    /// The entry that it comes and goes with.
+    pub group: &'a str,
+    pub colour: Colour,
+}
+
 type Curve = Box<Scatter<f64, f64>>;
 type Runs = Vec<Vec<usize>>;
 
 impl Traces {
-    /// Adds a trace with its name in the legend; without one it stays out.
-    fn push(&mut self, name: &str, trace: Curve) {
-        self.list.push(if name.is_empty() {
-            trace.show_legend(false).name(" ")
+    /// Adds a trace with its name in the legend, or one that belongs to a named one and comes and goes with it.
+    fn push(&mut self, name: &Name, trace: Curve) {
+        let trace = trace.show_legend(!name.own.is_empty());
+        self.list.push(if name.group.is_empty() {
+            // Plotly gives a number to what has no name at all.
+            trace.name(" ")
         } else {
-            trace.name(name).show_legend(true)
+            let group = format!("{} {}", name.group, name.colour.hex());
+            trace.name(name.group).legend_group(group)
         });
     }
 
@@ -47,9 +59,14 @@ impl Traces {
 }
 
 impl Frame<'_> {
-    /// Adds what shows a layer.
-    pub fn add(&self, layer: &Layer, traces: &mut Traces) {
-        let (name, colour) = (layer.name.as_str(), layer.colour);
+    /// Adds what shows a layer; without a name of its own it goes with the entry `group` of the legend.
+    pub fn add(&self, layer: &Layer, group: &str, traces: &mut Traces) {
+        let colour = layer.colour;
+        let name = &Name {
+            own: &layer.name,
+            group,
+            colour,
+        };
         match &layer.shape {
             Shape::Line {
                 points,
@@ -79,12 +96,8 @@ impl Frame<'_> {
                 traces.push(name, cloud.marker(marker));
             }
             Shape::Band(band) => {
-                let [low, high] = self.band(band, colour).map(|edge| {
-                    // One entry of the legend shows and hides both.
-                    edge.legend_group(format!("{name} {}", colour.hex()))
-                });
-                let low = low.name(format!("{name}, low")).show_legend(false);
-                traces.list.push(low);
+                let [low, high] = self.band(band, colour);
+                traces.push(&Name { own: "", ..*name }, low);
                 let fill = high.fill(Fill::ToNextY);
                 traces.push(name, fill.fill_color(colour.translucent(0.22)));
             }
