@@ -53,7 +53,9 @@ const Figures = (() => {
     if (layout.meta.xaxis === "names") {
       layout.xaxis.ticktext = layout.xaxis.ticktext.map((name) => name.replace(/[ _](?=[^ ])/g, "$&<br>"));
       layout.xaxis.tickangle = 0;
+      layout.xaxis.tickfont = { size: 10 };
     }
+    layout.legend.font = { size: 11 };
     for (const trace of data) if (trace.mode === "text" && trace.textposition) trace.textposition = "top center";
   }
 

@@ -46,6 +46,9 @@ const KEYS: &str = "Figures: point at a line for its values; drag to zoom, doubl
     legend to hide or show it. With keys: Tab to a figure, + and - zoom, arrows move, 0 goes back, Tab on to buttons and \
     legend, Enter presses.";
 
+/// Columns below which no figure is thinned.
+const LEAST: usize = 120;
+
 impl Page {
     /// A page with its title and a leading sentence.
     pub fn new(title: &str, lead: &str) -> Page {
@@ -144,10 +147,10 @@ impl Page {
         let mut columns = COLUMNS;
         loop {
             let document = self.document(columns);
-            if document.len() <= LARGEST || columns <= COLUMNS / 16 {
+            if document.len() <= LARGEST || columns <= LEAST {
                 return document;
             }
-            columns /= 2;
+            columns = columns * 7 / 8;
         }
     }
 
