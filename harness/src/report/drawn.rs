@@ -50,8 +50,9 @@ impl Drawn {
 }
 
 impl Axis {
-    /// What the coordinates of a figure mean, for those who read them back: `names` of ticks, or of a symmetric logarithmic
-    /// axis the value `s` below which it is linear; there the coordinate is asinh(value / s).
+    /// What the coordinates of a figure mean, for those who read them back: `names` of ticks, or of
+    /// a symmetric logarithmic axis the value `s` below which it is linear; there the coordinate is
+    /// asinh(value / s).
     fn meaning(&self) -> Value {
         match self.kind {
             Kind::Symlog(linear) => json!(linear),

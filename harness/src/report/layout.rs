@@ -89,7 +89,8 @@ impl Axis {
             .tick_text(texts)
     }
 
-    /// A value as the axis takes it, to a hundred-thousandth of what the axis shows: the browser reads it as text.
+    /// A value as the axis takes it, to a hundred-thousandth of what the axis shows: the browser
+    /// reads it as text.
     pub(super) fn coordinate(&self, value: f64, scale: &Scale) -> f64 {
         match self.kind {
             Kind::Log if value > 0.0 => format!("{value:.5e}").parse().unwrap_or(value),
@@ -104,7 +105,8 @@ impl Axis {
         }
     }
 
-    /// How a pointed-out value reads: quantity, value, unit. `field` is Plotly's name of the coordinate.
+    /// How a pointed-out value reads: quantity, value, unit. `field` is Plotly's name of the
+    /// coordinate.
     pub(super) fn hover(&self, field: &str) -> String {
         let value = if !self.names.is_empty() {
             format!("%{{{field}}}")

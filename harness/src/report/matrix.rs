@@ -27,7 +27,8 @@ pub struct Matrix {
 const CELL_HEIGHT: f64 = 34.0;
 
 impl Matrix {
-    /// `values[row][column]`; NaN leaves the cell empty. The names are those of the two parameters, with unit.
+    /// `values[row][column]`; NaN leaves the cell empty. The names are those of the two parameters,
+    /// with unit.
     pub fn new(
         row_name: &str,
         rows: &[String],

@@ -11,9 +11,10 @@
 //! assert!(html.contains("Plotly"));
 //! ```
 //!
-//! Figures: [`Plot`] (lines, points, bands, shaded intervals; linear and log axes), [`Bars`], [`Matrix`]. Every one
-//! needs axes with units and a caption; colours are safe for colour-blind readers and follow light and dark mode. A [`Plot`]
-//! can also be written as a static picture, [`svg_file`].
+//! Figures: [`Plot`] (lines, points, bands, shaded intervals; linear and log axes), [`Bars`],
+//! [`Matrix`]. Every one needs axes with units and a caption; colours are safe for colour-blind
+//! readers and follow light and dark mode. A [`Plot`] can also be written as a static picture,
+//! [`svg_file`].
 
 mod axis;
 mod bars;

@@ -9,8 +9,8 @@ use super::table::Table;
 
 /// Something that can be drawn.
 pub trait Figure {
-    /// The figure as Plotly reads it. Of a longer series each of so many columns of the picture keeps its lowest and its
-    /// highest point.
+    /// The figure as Plotly reads it. Of a longer series each of so many columns of the picture
+    /// keeps its lowest and its highest point.
     fn draw(&self, columns: usize) -> Drawn;
     /// One sentence that says what it shows.
     fn caption(&self) -> &str;
@@ -18,14 +18,15 @@ pub trait Figure {
     fn height(&self) -> f64;
     /// A copy for the page to keep.
     fn boxed(&self) -> Box<dyn Figure>;
-    /// `data` and `layout` of the figure, for any program that draws with Plotly; colours are those of light mode.
+    /// `data` and `layout` of the figure, for any program that draws with Plotly; colours are those
+    /// of light mode.
     fn figure_json(&self) -> serde_json::Value {
         self.draw(COLUMNS).json
     }
 }
 
-/// A self-contained page, filled from top to bottom. A page with figures folds its sections; the first is
-/// open unless a figure stands before it.
+/// A self-contained page, filled from top to bottom. A page with figures folds its sections; the
+/// first is open unless a figure stands before it.
 pub struct Page {
     title: String,
     parts: Vec<Part>,
@@ -42,9 +43,9 @@ enum Part {
 const LARGEST: usize = 5_900_000;
 
 /// How figures are used; the scripts beside this file act on it.
-const KEYS: &str = "Figures: point at a line for its values; drag to zoom, double-click to go back; click a name in the \
-    legend to hide or show it. With keys: Tab to a figure, + and - zoom, arrows move, 0 goes back, Tab on to buttons and \
-    legend, Enter presses.";
+const KEYS: &str = "Figures: point at a line for its values; drag to zoom, double-click to go back; \
+    click a name in the legend to hide or show it. With keys: Tab to a figure, + and - zoom, arrows \
+    move, 0 goes back, Tab on to buttons and legend, Enter presses.";
 
 /// Columns below which no figure is thinned.
 const LEAST: usize = 120;
@@ -74,8 +75,8 @@ impl Page {
         self
     }
 
-    /// A bar that stays in sight while the page is scrolled, where the screen has room for it: a verdict in a few words, and
-    /// links to sections.
+    /// A bar that stays in sight while the page is scrolled, where the screen has room for it: a
+    /// verdict in a few words, and links to sections.
     pub fn banner(self, colour: Colour, headline: &str, text: &str, sections: &[&str]) -> Page {
         let style = format!("border-color:{}", colour.css());
         self.add(html! {

@@ -162,7 +162,8 @@ impl Plot {
         self.layer("", colour, Shape::Notes(notes))
     }
 
-    /// The legend's entry that a layer comes and goes with: its own, or that of the nearest layer of its colour.
+    /// The legend's entry that a layer comes and goes with: its own, or that of the nearest layer
+    /// of its colour.
     fn group(&self, layer: usize) -> &str {
         let is_like = |l: &&Layer| l.colour == self.layers[layer].colour && !l.name.is_empty();
         let (before, after) = self.layers.split_at(layer);
@@ -174,7 +175,8 @@ impl Plot {
             .map_or("", |(_, l)| &l.name)
     }
 
-    /// The values on the y axis, of points inside the x range only: what is cut off must not set the scale.
+    /// The values on the y axis, of points inside the x range only: what is cut off must not set
+    /// the scale.
     fn ys(&self, x: Scale) -> impl Iterator<Item = f64> + '_ {
         let inside = move |v: f64| (x.low..=x.high).contains(&v);
         self.layers.iter().flat_map(move |l| l.shape.ys(&inside))

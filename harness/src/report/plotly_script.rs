@@ -4,10 +4,12 @@ use std::sync::LazyLock;
 
 use super::colour::Colour;
 
-/// The text of plotly.js (MIT licence): what a page needs to draw [`super::Figure::figure_json`] without a network.
+/// The text of plotly.js (MIT licence): what a page needs to draw [`super::Figure::figure_json`]
+/// without a network.
 pub fn plotly_script() -> &'static str {
     static SCRIPT: LazyLock<String> = LazyLock::new(|| {
-        // The crate offers its scripts as HTML: plotly.js first, then one for formulas, which no figure here has.
+        // The crate offers its scripts as HTML: plotly.js first, then one for formulas, which no
+        // figure here has.
         let html = plotly::Plot::offline_js_sources();
         let first = html.split("</script>").next().unwrap_or_default();
         first
@@ -18,8 +20,8 @@ pub fn plotly_script() -> &'static str {
     &SCRIPT
 }
 
-/// The page's own script: it draws each `figure` that is in sight, in the colours of light or dark mode, and adds downloads
-/// and keys. It needs [`plotly_script`] before it.
+/// The page's own script: it draws each `figure` that is in sight, in the colours of light or dark
+/// mode, and adds downloads and keys. It needs [`plotly_script`] before it.
 pub fn figure_script() -> &'static str {
     static SCRIPT: LazyLock<String> = LazyLock::new(|| {
         let role = |c: &Colour| (c.hex(), c.css());

@@ -1,7 +1,8 @@
 //! Which points of a line a picture needs.
 //!
-//! A line of millions of samples covers each cell of a picture many times. A curve over its x axis keeps the lowest and the
-//! highest point of each column; any other curve leaves out what runs over cells that it has inked before.
+//! A line of millions of samples covers each cell of a picture many times. A curve over its x axis
+//! keeps the lowest and the highest point of each column; any other curve leaves out what runs over
+//! cells that it has inked before.
 
 use std::collections::HashSet;
 
@@ -16,8 +17,8 @@ pub(super) struct Kept {
     pub by_column: bool,
 }
 
-/// Points that show all of a line in a picture of so many columns; a point that is not finite interrupts it. Lines of fewer
-/// points than columns are kept point by point.
+/// Points that show all of a line in a picture of so many columns; a point that is not finite
+/// interrupts it. Lines of fewer points than columns are kept point by point.
 pub(super) fn kept(points: &[Point], columns: usize) -> Kept {
     let pieces = pieces(points);
     let over_x = || {

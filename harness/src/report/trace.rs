@@ -40,7 +40,8 @@ type Curve = Box<Scatter<f64, f64>>;
 type Runs = Vec<Vec<usize>>;
 
 impl Traces {
-    /// Adds a trace with its name in the legend, or one that belongs to a named one and comes and goes with it.
+    /// Adds a trace with its name in the legend, or one that belongs to a named one and comes and
+    /// goes with it.
     fn push(&mut self, name: &Name, trace: Curve) {
         let trace = trace.show_legend(!name.own.is_empty());
         self.list.push(if name.group.is_empty() {
@@ -59,7 +60,8 @@ impl Traces {
 }
 
 impl Frame<'_> {
-    /// Adds what shows a layer; without a name of its own it goes with the entry `group` of the legend.
+    /// Adds what shows a layer; without a name of its own it goes with the entry `group` of the
+    /// legend.
     pub fn add(&self, layer: &Layer, group: &str, traces: &mut Traces) {
         let colour = layer.colour;
         let name = &Name {
@@ -117,7 +119,8 @@ impl Frame<'_> {
             Shape::Intervals(intervals) => traces.push(name, self.intervals(intervals, colour)),
             Shape::Notes(notes) => {
                 let points: Vec<(f64, f64)> = notes.iter().map(|n| n.0).collect();
-                // Plotly centres texts on points unless told otherwise, and leaves no room beside them.
+                // Plotly centres texts on points unless told otherwise, and leaves no room beside
+                // them.
                 let texts = notes.iter().map(|n| format!("\u{2002}{}", n.1)).collect();
                 let trace = self.curve(&points, &all(&points)).mode(Mode::Text);
                 let trace = trace.text_array(texts).text_position(Position::TopRight);
@@ -231,7 +234,8 @@ fn all(points: &[(f64, f64)]) -> Runs {
     vec![(0..points.len()).collect()]
 }
 
-/// From 0 to 1 along one axis, at one place of the other, so many points that the pointer finds the line anywhere.
+/// From 0 to 1 along one axis, at one place of the other, so many points that the pointer finds the
+/// line anywhere.
 fn edge_to_edge(at: f64) -> (Vec<f64>, Vec<f64>) {
     let along: Vec<f64> = (0..=40).map(|i| f64::from(i) / 40.0).collect();
     let at = vec![at; along.len()];
