@@ -2,9 +2,7 @@
 
 use plotly::Layout;
 use plotly::common::{Anchor, ExponentFormat, Font, Label, Orientation, TickMode, Title};
-use plotly::layout::{
-    Axis as PlotlyAxis, AxisType, HoverMode, ItemSizing, Legend, Margin, ModeBar,
-};
+use plotly::layout::{Axis as PlotlyAxis, AxisType, HoverMode, Legend, Margin, ModeBar};
 
 use super::axis::{Axis, Kind, Scale};
 use super::colour::Colour;
@@ -40,7 +38,6 @@ pub(super) fn layout() -> Layout {
             Legend::new()
                 .background_color("#00000000")
                 .trace_group_gap(0)
-                .item_sizing(ItemSizing::Constant)
                 .orientation(Orientation::Horizontal)
                 .x(0.0)
                 .y(1.0)
