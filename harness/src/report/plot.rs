@@ -2,9 +2,12 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Colour;
+use super::drawn::Drawn;
 use super::layer::{Layer, Shape, pairs};
+use super::layout::{edge_to_edge, layout};
 use super::page::Figure;
-use super::svg::{Canvas, LEGEND_ROW, NARROW};
+use super::svg::Canvas;
+use super::trace::{Frame, Traces};
 
 /// A picture over two axes. Later layers lie on top of earlier ones.
 #[derive(Debug, Clone)]
@@ -71,6 +74,19 @@ impl Plot {
                 points: pairs(x, y),
                 dashed: false,
                 width: 0.8,
+            },
+        )
+    }
+
+    /// A wide line, for another on top of it.
+    pub fn wide_line(self, name: &str, colour: Colour, x: &[f64], y: &[f64]) -> Plot {
+        self.layer(
+            name,
+            colour,
+            Shape::Line {
+                points: pairs(x, y),
+                dashed: false,
+                width: 3.2,
             },
         )
     }
@@ -146,7 +162,21 @@ impl Plot {
         self.layer("", colour, Shape::Notes(notes))
     }
 
-    /// The values on the y axis, of points inside the x range only: what is cut off must not set the scale.
+    /// The legend's entry that a layer comes and goes with: its own, or that of the nearest layer
+    /// of its colour.
+    fn group(&self, layer: usize) -> &str {
+        let is_like = |l: &&Layer| l.colour == self.layers[layer].colour && !l.name.is_empty();
+        let (before, after) = self.layers.split_at(layer);
+        let before = before.iter().rev().enumerate().map(|(i, l)| (i + 1, l));
+        before
+            .chain(after.iter().enumerate())
+            .filter(|(_, l)| is_like(l))
+            .min_by_key(|(distance, _)| *distance)
+            .map_or("", |(_, l)| &l.name)
+    }
+
+    /// The values on the y axis, of points inside the x range only: what is cut off must not set
+    /// the scale.
     fn ys(&self, x: Scale) -> impl Iterator<Item = f64> + '_ {
         let inside = move |v: f64| (x.low..=x.high).contains(&v);
         self.layers.iter().flat_map(move |l| l.shape.ys(&inside))
@@ -154,7 +184,9 @@ impl Plot {
 }
 
 impl Plot {
-    fn draw(&self, (width, height): (f64, f64)) -> String {
+    /// The picture as an `<svg>` element, for a file of its own.
+    pub(super) fn svg(&self) -> String {
+        let (width, height) = self.size;
         let legend: Vec<_> = self
             .layers
             .iter()
@@ -175,29 +207,162 @@ impl Plot {
     }
 }
 
-/// Height of a narrow picture's plotting area and axis, px, without its legend.
-const NARROW_HEIGHT: f64 = 240.0;
-
 impl Figure for Plot {
-    fn svg(&self) -> String {
-        self.draw(self.size)
-    }
-
-    fn narrow_svg(&self) -> Option<String> {
-        let has_notes = self
-            .layers
-            .iter()
-            .any(|l| matches!(l.shape, Shape::Notes(_)));
-        // Names of places do not shrink, and notes run beyond a narrow picture.
-        if has_notes || self.x.has_names() || self.y.name_width() > 0.0 {
-            return None;
+    fn draw(&self, columns: usize) -> Drawn {
+        let x = self.x.scale(self.layers.iter().flat_map(|l| l.shape.xs()));
+        let y = self.y.scale(self.ys(x));
+        let frame = Frame {
+            x: (&self.x, x),
+            y: (&self.y, y),
+            columns,
+        };
+        let mut traces = Traces::default();
+        for (i, layer) in self.layers.iter().enumerate() {
+            frame.add(layer, self.group(i), &mut traces);
         }
-        let names = self.layers.iter().filter(|l| !l.name.is_empty()).count();
-        let height = NARROW_HEIGHT.max(self.size.1.min(300.0)) + LEGEND_ROW * names as f64;
-        Some(self.draw((NARROW, height)))
+        let layout = layout()
+            .x_axis(self.x.layout(&x))
+            .y_axis(self.y.layout(&y))
+            .x_axis2(edge_to_edge("x"))
+            .y_axis2(edge_to_edge("y"));
+        Drawn::new(traces, layout, [&self.x, &self.y])
     }
 
     fn caption(&self) -> &str {
         &self.caption
+    }
+
+    fn height(&self) -> f64 {
+        self.size.1
+    }
+
+    fn boxed(&self) -> Box<dyn Figure> {
+        Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data(plot: &Plot) -> Vec<serde_json::Value> {
+        plot.figure_json()["data"].as_array().unwrap().clone()
+    }
+
+    fn numbers(value: &serde_json::Value) -> Vec<f64> {
+        let list = value.as_array().unwrap();
+        list.iter()
+            .map(|v| v.as_f64().unwrap_or(f64::NAN))
+            .collect()
+    }
+
+    fn plot(y: Axis) -> Plot {
+        Plot::new(Axis::linear("time", "s"), y)
+    }
+
+    #[test]
+    fn a_long_record_keeps_its_shortest_peak() {
+        let x: Vec<f64> = (0..300_000).map(|i| 1e-4 * f64::from(i)).collect();
+        let mut y: Vec<f64> = x.iter().map(|x| (50.0 * x).sin()).collect();
+        (y[123_456], y[234_567]) = (7.5, -3.25);
+        let drawn = &data(&plot(Axis::linear("way", "mm")).line("a", Colour::Blue, &x, &y))[0];
+        let (x, y) = (numbers(&drawn["x"]), numbers(&drawn["y"]));
+        assert!(x.len() <= 4000, "{}", x.len());
+        let at = y.iter().position(|y| *y == 7.5).unwrap();
+        assert!((x[at] - 12.3456).abs() < 1e-4, "{}", x[at]);
+        assert!(y.contains(&-3.25));
+        assert!(x.is_sorted());
+    }
+
+    #[test]
+    fn values_keep_a_hundred_thousandth_of_the_axis() {
+        let x: Vec<f64> = (0..1000).map(|i| 1e3 + 1e-3 * f64::from(i)).collect();
+        let y: Vec<f64> = x.iter().map(|x| 1e-6 * (70.0 * x).sin()).collect();
+        let drawn = &data(&plot(Axis::linear("way", "m")).scatter("", Colour::Blue, &x, &y))[0];
+        for (given, shown, size) in [(&x, &drawn["x"], 1.0), (&y, &drawn["y"], 2e-6)] {
+            for (a, b) in given.iter().zip(numbers(shown)) {
+                assert!((a - b).abs() <= 1e-5 * size, "{a} {b}");
+            }
+        }
+        assert_eq!(drawn["showlegend"], false);
+    }
+
+    #[test]
+    fn a_value_reads_with_quantity_and_unit() {
+        let drawn = &data(&plot(Axis::log("force", "N")).line("a", Colour::Red, &[1.0], &[2.0]))[0];
+        assert_eq!(
+            drawn["hovertemplate"],
+            "time %{x:.5~g} s<br>force %{y:.5~g} N"
+        );
+        let level = &data(&plot(Axis::symlog("gain", "1", 10.0)).level("b", Colour::Red, -40.0))[0];
+        assert_eq!(level["hovertemplate"], "gain -40");
+    }
+
+    // Source: asinh(40 / 10), by hand ln(4 + sqrt(17)).
+    #[test]
+    fn val_logarithmic_on_both_sides_of_zero() {
+        let plot = plot(Axis::symlog("gain", "1", 10.0));
+        let plot = plot.scatter("a", Colour::Red, &[1.0, 2.0], &[40.0, -40.0]);
+        let (figure, place) = (plot.figure_json(), (4.0 + 17f64.sqrt()).ln());
+        let drawn = &figure["data"][0];
+        for (found, sign) in numbers(&drawn["y"]).iter().zip([1.0, -1.0]) {
+            assert!((found - sign * place).abs() < 1e-5, "{found}");
+        }
+        assert_eq!(numbers(&drawn["customdata"]), [40.0, -40.0]);
+        assert_eq!(figure["layout"]["meta"]["yaxis"], 10.0);
+    }
+
+    #[test]
+    fn what_is_missing_interrupts_a_line_and_an_axis_of_logarithms_leaves_out_zero() {
+        let (x, y) = ([0.0, 1.0, 2.0, 3.0], [1.0, f64::NAN, 2.0, 0.0]);
+        let line = plot(Axis::linear("way", "mm")).line("a", Colour::Blue, &x, &y);
+        assert!(numbers(&data(&line)[0]["y"])[1].is_nan());
+        let line = plot(Axis::log("way", "mm")).scatter("a", Colour::Blue, &x, &y);
+        let shown = numbers(&data(&line)[0]["y"]);
+        assert_eq!(
+            shown.iter().filter(|v| v.is_finite()).count(),
+            2,
+            "{shown:?}"
+        );
+    }
+
+    #[test]
+    fn what_has_no_name_comes_and_goes_with_its_colour() {
+        let (x, y) = ([0.0, 1.0], [1.0, 2.0]);
+        let plot = plot(Axis::linear("way", "mm"))
+            .scatter("", Colour::Blue, &x, &y)
+            .line("a", Colour::Blue, &x, &y)
+            .line("b", Colour::Red, &x, &y)
+            .scatter("", Colour::Red, &x, &y)
+            .scatter("", Colour::Green, &x, &y);
+        let data = data(&plot);
+        assert_eq!(data[0]["legendgroup"], data[1]["legendgroup"]);
+        assert_eq!(
+            (&data[3]["legendgroup"], &data[3]["name"]),
+            (&data[2]["legendgroup"], &"b".into())
+        );
+        assert_ne!(data[0]["legendgroup"], data[2]["legendgroup"]);
+        assert!(data[4]["legendgroup"].is_null());
+        let shown: Vec<bool> = data.iter().map(|t| t["showlegend"] == true).collect();
+        assert_eq!(shown, [false, true, true, false, false]);
+    }
+
+    #[test]
+    fn a_band_is_shown_and_hidden_as_one() {
+        let plot = plot(Axis::linear("way", "mm"));
+        let band = plot.band("a", Colour::Blue, &[0.0, 1.0], &[1.0, 2.0], &[3.0, 5.0]);
+        let [low, high] = &data(&band)[..] else {
+            panic!("two edges")
+        };
+        assert_eq!(low["legendgroup"], high["legendgroup"]);
+        assert_eq!(
+            (numbers(&low["y"]), numbers(&high["y"])),
+            (vec![1.0, 2.0], vec![3.0, 5.0])
+        );
+        assert_eq!(high["fill"], "tonexty");
+        assert_eq!(
+            (&low["showlegend"], &high["showlegend"]),
+            (&false.into(), &true.into())
+        );
     }
 }
