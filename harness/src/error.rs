@@ -611,6 +611,16 @@ pub enum Error {
         /// Where they are.
         folder: PathBuf,
     },
+    /// Stopped by the user, and nothing of it is kept.
+    #[error("stopped after {done} of {of} {what}; nothing was written, begin anew")]
+    Interrupted {
+        /// What is counted.
+        what: &'static str,
+        /// How many are finished.
+        done: usize,
+        /// How many were asked for.
+        of: usize,
+    },
     /// A campaign with values that can't be meant.
     #[error("{}: {errors} finding(s) that can't be meant; {runs}: {finding}. `stickslip check` shows all, --force begins all the same", campaign.display())]
     Questionable {
@@ -645,7 +655,7 @@ impl Error {
                 Exit::ReaderGone
             }
             Error::Write { .. } | Error::Print { .. } => Exit::NotWritten,
-            Error::Stopped { .. } => Exit::Stopped,
+            Error::Stopped { .. } | Error::Interrupted { .. } => Exit::Stopped,
             _ => Exit::BadInput,
         }
     }

@@ -68,32 +68,10 @@ const MOST_NULL: usize = 10_000;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    if arguments.null > MOST_NULL {
-        return Err(Error::Option {
-            option: "--null",
-            value: arguments.null.to_string(),
-            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
-        });
-    }
-    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
-    make_folder(&arguments.output)?;
-    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);
-    let diagnosis = diagnose(
-        &fmu,
-        &campaign,
-        &Search {
-            null: arguments.null,
-            hold_out: arguments.hold_out,
-            library: match &arguments.library {
-                Some(folder) => pack::own_effects::of_folder(folder)?,
-                None => Vec::new(),
-            },
-        },
-        &arguments.output,
-        &progress,
-    )?;
+    let diagnosis = perform(arguments, &progress);
     progress.finish();
+    let diagnosis = diagnosis?;
     if arguments.verbose {
         tell(costs(&progress, &diagnosis).trim_end());
     }
@@ -110,6 +88,38 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         let report = arguments.output.join("report.html");
         print_line(format_args!("Report: {}", report.display()))
     }
+}
+
+/// Diagnoses and writes everything into the folder of the options. A stop ends it early, with what was
+/// found until then.
+///
+/// # Errors
+/// Options, a campaign or an FMU that can't be used; a folder that can't be written.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Error> {
+    if arguments.null > MOST_NULL {
+        return Err(Error::Option {
+            option: "--null",
+            value: arguments.null.to_string(),
+            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
+        });
+    }
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
+    make_folder(&arguments.output)?;
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    diagnose(
+        &fmu,
+        &campaign,
+        &Search {
+            null: arguments.null,
+            hold_out: arguments.hold_out,
+            library: match &arguments.library {
+                Some(folder) => pack::own_effects::of_folder(folder)?,
+                None => Vec::new(),
+            },
+        },
+        &arguments.output,
+        watch,
+    )
 }
 
 /// How a diagnosis searches.
