@@ -660,6 +660,13 @@ impl Error {
         }
     }
 
+    /// The message in one line.
+    pub fn line(&self) -> String {
+        let text = self.to_string();
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        lines.join("; ")
+    }
+
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         self.exit().code()

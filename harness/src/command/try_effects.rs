@@ -38,6 +38,16 @@ pub struct Arguments {
     forced: Forced,
 }
 
+impl Arguments {
+    /// diagnosis.json, as it was written.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    pub fn written_json(&self) -> Result<String, Error> {
+        written_json(&self.output)
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let progress = Progress::new(Progress::STAGES);
@@ -45,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     progress.finish();
     let diagnosis = diagnosis?;
     if arguments.json {
-        print_line(written_json(&arguments.output)?)
+        print_line(arguments.written_json()?)
     } else {
         print(&terminal(&diagnosis))?;
         let report = arguments.output.join("report.html");

@@ -117,7 +117,11 @@ pub fn perform(arguments: &Arguments) -> Result<String, Error> {
         let _ = writeln!(told, "{}: {}", name.display(), run.understood);
         runs.push(run);
     }
-    let names = run_names(&arguments.files);
+    let stems = arguments.files.iter().map(|file| {
+        let stem = file.file_stem().unwrap_or(file.as_os_str());
+        stem.to_string_lossy().into_owned()
+    });
+    let names = run_names(stems);
     let sources: Vec<Entry> = names
         .iter()
         .zip(&arguments.files)
@@ -205,12 +209,11 @@ fn csv(run: &Imported) -> String {
     text
 }
 
-/// Names of the runs: the files' without suffix, made unlike and fit for any file system.
-fn run_names(files: &[PathBuf]) -> Vec<String> {
+/// Names made unlike and fit for files on any file system.
+pub fn run_names(wanted: impl IntoIterator<Item = String>) -> Vec<String> {
     let mut taken: HashMap<String, usize> = HashMap::new();
     let mut names = Vec::new();
-    for file in files {
-        let stem = file.file_stem().unwrap_or(file.as_os_str());
+    for name in wanted {
         let fits = |c: char| {
             if c.is_alphanumeric() || "-_.".contains(c) {
                 c
@@ -218,7 +221,7 @@ fn run_names(files: &[PathBuf]) -> Vec<String> {
                 '_'
             }
         };
-        let name: String = stem.to_string_lossy().chars().map(fits).collect();
+        let name: String = name.chars().map(fits).collect();
         // File systems may take capitals for small letters.
         let count = taken.entry(name.to_lowercase()).or_default();
         *count += 1;
