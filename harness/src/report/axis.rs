@@ -4,17 +4,29 @@
 #[derive(Debug, Clone)]
 pub struct Axis {
     pub(super) label: String,
-    kind: Kind,
-    names: Vec<String>,
+    pub(super) unit: String,
+    pub(super) kind: Kind,
+    pub(super) names: Vec<String>,
     range: Option<(f64, f64)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     Linear,
     Log,
     /// Logarithmic on either side of zero, linear below this size.
     Symlog(f64),
+}
+
+impl Kind {
+    /// The coordinate in which the axis is even.
+    pub fn place(self, value: f64) -> f64 {
+        match self {
+            Kind::Linear => value,
+            Kind::Log => value.log10(),
+            Kind::Symlog(linear) => (value / linear).asinh(),
+        }
+    }
 }
 
 impl Axis {
@@ -27,6 +39,11 @@ impl Axis {
         };
         Axis {
             label,
+            unit: if unit == "1" {
+                String::new()
+            } else {
+                unit.to_owned()
+            },
             kind: Kind::Linear,
             names: Vec::new(),
             range: None,
@@ -66,6 +83,11 @@ impl Axis {
         }
     }
 
+    /// What it shows, without its unit.
+    pub(super) fn quantity(&self) -> &str {
+        self.label.split(" [").next().unwrap_or_default()
+    }
+
     /// Room in px that the names of the rows need.
     pub(super) fn name_width(&self) -> f64 {
         self.names
@@ -73,11 +95,6 @@ impl Axis {
             .map(|n| n.chars().count())
             .max()
             .map_or(0.0, |n| 6.8 * n as f64 + 14.0)
-    }
-
-    /// Whether its ticks are names.
-    pub(super) fn has_names(&self) -> bool {
-        !self.names.is_empty()
     }
 
     /// Places and texts of about `count` ticks.
@@ -94,6 +111,11 @@ impl Axis {
             .enumerate()
             .map(|(i, n)| (i as f64, n.clone()))
             .collect()
+    }
+
+    /// Whether it is logarithmic on either side of zero.
+    pub(super) fn is_symlog(&self) -> bool {
+        matches!(self.kind, Kind::Symlog(_))
     }
 
     /// A fixed range.
@@ -145,11 +167,7 @@ pub(super) struct Scale {
 
 impl Scale {
     pub fn share(&self, value: f64) -> f64 {
-        let place = |v: f64| match self.kind {
-            Kind::Linear => v,
-            Kind::Log => v.ln(),
-            Kind::Symlog(linear) => (v / linear).asinh(),
-        };
+        let place = |v: f64| self.kind.place(v);
         (place(value) - place(self.low)) / (place(self.high) - place(self.low))
     }
 

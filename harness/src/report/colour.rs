@@ -26,6 +26,37 @@ impl Colour {
         Colour::Sky,
     ];
 
+    /// All of them.
+    pub(super) const ALL: [Colour; 8] = [
+        Colour::Ink,
+        Colour::Grey,
+        Colour::Blue,
+        Colour::Orange,
+        Colour::Green,
+        Colour::Red,
+        Colour::Purple,
+        Colour::Sky,
+    ];
+
+    /// Its value in light mode, `#rrggbb`.
+    pub(super) fn hex(self) -> &'static str {
+        match self {
+            Colour::Ink => "#1b1f24",
+            Colour::Grey => "#7f868e",
+            Colour::Blue => "#0072b2",
+            Colour::Orange => "#d55e00",
+            Colour::Green => "#009e73",
+            Colour::Red => "#b3261e",
+            Colour::Purple => "#aa4499",
+            Colour::Sky => "#3d97d0",
+        }
+    }
+
+    /// The same with an opacity of 0 to 1, `#rrggbbaa`.
+    pub(super) fn translucent(self, opacity: f64) -> String {
+        format!("{}{:02x}", self.hex(), (255.0 * opacity).round() as u8)
+    }
+
     pub(super) fn css(self) -> &'static str {
         match self {
             Colour::Ink => "var(--ink)",

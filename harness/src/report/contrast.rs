@@ -106,3 +106,23 @@ fn pictures_as_files_have_the_page_s_colours() {
         assert_eq!(Some(&colour), light.get(&name), "{name}");
     }
 }
+
+#[test]
+fn figures_have_the_page_s_colours() {
+    let [(_, light), _] = palettes();
+    for colour in super::Colour::ALL {
+        let name = colour
+            .css()
+            .trim_start_matches("var(--")
+            .trim_end_matches(')');
+        let own = palette(&format!("--{name}: {}", colour.hex()));
+        assert_eq!(own.get(name), light.get(name), "{name}");
+    }
+    let ground = palette(&format!(
+        "--paper: {};--grid: {}",
+        super::plotly_script::PAPER,
+        super::plotly_script::GRID
+    ));
+    assert_eq!(ground["paper"], light["paper"]);
+    assert_eq!(ground["grid"], light["grid"]);
+}

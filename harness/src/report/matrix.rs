@@ -1,10 +1,16 @@
 //! A matrix of coloured cells, for values over two parameters.
 
-use std::fmt::Write as _;
+use plotly::common::{ColorScale, ColorScaleElement, HoverInfo, Mode};
+use plotly::layout::{Shape, ShapeLine, ShapeType};
+use plotly::{HeatMap, Scatter};
 
+use super::axis::Axis;
+use super::colour::Colour;
+use super::drawn::Drawn;
+use super::layout::layout;
 use super::number;
 use super::page::Figure;
-use super::svg::{Canvas, NARROW, escape};
+use super::trace::Traces;
 
 /// A heat map with the value written in each cell.
 #[derive(Debug, Clone)]
@@ -15,14 +21,10 @@ pub struct Matrix {
     marked: Vec<(usize, usize)>,
     caption: String,
     logarithmic: bool,
-    width: f64,
 }
 
+/// px.
 const CELL_HEIGHT: f64 = 34.0;
-/// Room left of the cells beside that of every picture, px.
-const NAMES: f64 = 24.0;
-/// Width in px that a number needs.
-const NUMBER: f64 = 32.0;
 
 impl Matrix {
     /// `values[row][column]`; NaN leaves the cell empty. The names are those of the two parameters, with unit.
@@ -40,19 +42,12 @@ impl Matrix {
             marked: Vec::new(),
             caption: String::new(),
             logarithmic: false,
-            width: 620.0,
         }
     }
 
     /// Colours by the logarithm of the values, for positive values over decades.
     pub fn logarithmic(mut self) -> Matrix {
         self.logarithmic = true;
-        self
-    }
-
-    /// Width in px at full width; it scales with the page.
-    pub fn width(mut self, width: f64) -> Matrix {
-        self.width = width;
         self
     }
 
@@ -78,95 +73,92 @@ fn short(value: f64) -> String {
 }
 
 impl Matrix {
-    fn draw(&self, total: f64) -> String {
-        let height = 60.0 + CELL_HEIGHT * self.rows.1.len() as f64;
-        let mut canvas = Canvas::new(total, height, &[]);
-        let (left, top) = (canvas.left + NAMES, canvas.top);
-        let width = (canvas.width - NAMES) / self.columns.1.len().max(1) as f64;
-        let depth = |v: f64| if self.logarithmic { v.ln() } else { v };
-        let all = || {
-            let values = self.values.iter().flatten().map(|v| depth(*v));
-            values.filter(|v| v.is_finite())
-        };
-        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(v), h.max(v))
-        });
-        for (r, row) in self.values.iter().enumerate() {
-            let y = top + r as f64 * CELL_HEIGHT;
-            canvas.label(
-                left - 6.0,
-                y + CELL_HEIGHT / 2.0 + 4.0,
-                "end",
-                &self.rows.1[r],
-            );
-            for (c, value) in row.iter().enumerate().filter(|(_, v)| v.is_finite()) {
-                let x = left + c as f64 * width;
-                let share = if high > low {
-                    ((depth(*value) - low) / (high - low)).clamp(0.0, 1.0)
-                } else {
-                    0.5
-                };
-                let border = if self.marked.contains(&(r, c)) {
-                    r#" class="marked""#
-                } else {
-                    ""
-                };
-                let _ = write!(
-                    canvas.text,
-                    r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}"{border} style="fill:var(--orange)" fill-opacity="{:.2}"/>"#,
-                    x + 1.0,
-                    y + 1.0,
-                    width - 2.0,
-                    CELL_HEIGHT - 2.0,
-                    0.06 + 0.84 * share
-                );
-                canvas.label(
-                    x + width / 2.0,
-                    y + CELL_HEIGHT / 2.0 + 4.0,
-                    "middle",
-                    &escape(&short(*value)),
-                );
-            }
-        }
-        let bottom = top + CELL_HEIGHT * self.rows.1.len() as f64;
-        for (c, name) in self.columns.1.iter().enumerate() {
-            canvas.label(
-                left + (c as f64 + 0.5) * width,
-                bottom + 16.0,
-                "middle",
-                name,
-            );
-        }
-        canvas.label(
-            left + width * self.columns.1.len() as f64 / 2.0,
-            bottom + 38.0,
-            "middle",
-            &self.columns.0,
-        );
-        canvas.upright(
-            14.0,
-            top + CELL_HEIGHT * self.rows.1.len() as f64 / 2.0,
-            &self.rows.0,
-        );
-        canvas.finish(&self.caption)
+    /// Colour by depth, 0 to 1, in the orange of the page.
+    fn colours() -> ColorScale {
+        let depth = |share: f64| Colour::Orange.translucent(0.06 + 0.74 * share);
+        ColorScale::Vector([0.0, 1.0].map(|s| ColorScaleElement(s, depth(s))).to_vec())
     }
 }
 
 impl Figure for Matrix {
-    fn svg(&self) -> String {
-        self.draw(self.width)
-    }
-
-    fn narrow_svg(&self) -> Option<String> {
-        let canvas = Canvas::new(NARROW, CELL_HEIGHT, &[]);
-        let room = (canvas.width - NAMES) / self.columns.1.len().max(1) as f64;
-        let longest = self.columns.1.iter().map(|c| c.chars().count()).max();
-        let fits = room >= NUMBER && 6.2 * longest.unwrap_or(0) as f64 <= room;
-        fits.then(|| self.draw(NARROW))
+    fn draw(&self, _columns: usize) -> Drawn {
+        let depth = |v: &f64| if self.logarithmic { v.log10() } else { *v };
+        let places = |names: &[String]| (0..names.len()).map(|i| i as f64).collect::<Vec<f64>>();
+        let (x, y) = (places(&self.columns.1), places(&self.rows.1));
+        let depths: Vec<Vec<f64>> = self
+            .values
+            .iter()
+            .map(|row| row.iter().map(depth).collect())
+            .collect();
+        let mut traces = Traces::default();
+        traces.list.push(
+            HeatMap::new(x.clone(), y.clone(), depths)
+                .color_scale(Matrix::colours())
+                .show_scale(false)
+                .hover_on_gaps(false)
+                .x_gap(2)
+                .y_gap(2)
+                .hover_info(HoverInfo::Skip),
+        );
+        let finite = |(r, c): &(usize, usize)| self.values[*r][*c].is_finite();
+        let cells: Vec<(usize, usize)> = (0..self.values.len())
+            .flat_map(|r| (0..self.values[r].len()).map(move |c| (r, c)))
+            .filter(finite)
+            .collect();
+        let of = |pick: &dyn Fn(usize, usize) -> String| {
+            cells.iter().map(|(r, c)| pick(*r, *c)).collect::<Vec<_>>()
+        };
+        traces.list.push(
+            Scatter::new(
+                cells.iter().map(|c| c.1 as f64).collect(),
+                cells.iter().map(|c| c.0 as f64).collect(),
+            )
+            .name("value")
+            .show_legend(false)
+            .mode(Mode::Text)
+            .text_array(of(&|r, c| short(self.values[r][c])))
+            .hover_text_array(of(&|r, c| {
+                let (row, column) = (&self.rows, &self.columns);
+                let value = number(self.values[r][c], 4);
+                format!(
+                    "{} {}<br>{} {}<br>{value}",
+                    row.0, row.1[r], column.0, column.1[c]
+                )
+            }))
+            .hover_info(HoverInfo::Text),
+        );
+        let border = |(r, c): &(usize, usize)| {
+            let (r, c) = (*r as f64, *c as f64);
+            Shape::new()
+                .shape_type(ShapeType::Rect)
+                .x0(c - 0.48)
+                .x1(c + 0.48)
+                .y0(r - 0.46)
+                .y1(r + 0.46)
+                .line(ShapeLine::new().color(Colour::Ink.hex()).width(2.0))
+        };
+        let axis = |title: &str, axis: &Axis| {
+            let scale = axis.scale(std::iter::empty());
+            axis.layout(&scale).title(title.to_owned()).show_grid(false)
+        };
+        let (across, down) = (Axis::places("", &self.columns.1), Axis::rows(&self.rows.1));
+        let layout = layout()
+            .shapes(self.marked.iter().map(border).collect())
+            .x_axis(axis(&self.columns.0, &across))
+            .y_axis(axis(&self.rows.0, &down));
+        Drawn::new(traces, layout, [&across, &down])
     }
 
     fn caption(&self) -> &str {
         &self.caption
+    }
+
+    fn height(&self) -> f64 {
+        80.0 + CELL_HEIGHT * self.rows.1.len() as f64
+    }
+
+    fn boxed(&self) -> Box<dyn Figure> {
+        Box::new(self.clone())
     }
 }
 
@@ -178,16 +170,5 @@ mod tests {
     fn numbers_fit_into_cells() {
         let shown = [1.0, 0.0333, 281.0, 9999.0, 17_766.0].map(short);
         assert_eq!(shown, ["1", "0.0333", "281", "9999", "18k"]);
-    }
-
-    #[test]
-    fn a_matrix_is_laid_out_for_phones_where_its_columns_fit() {
-        let of = |columns: usize, name: &str| {
-            let names = vec![name.to_owned(); columns];
-            Matrix::new("a", &["1".into()], "b", &names, vec![vec![1.0; columns]])
-        };
-        assert!(of(7, "0.1").narrow_svg().is_some());
-        assert!(of(12, "0.1").narrow_svg().is_none());
-        assert!(of(7, "a long name").narrow_svg().is_none());
     }
 }

@@ -3,38 +3,64 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::colour::Colour;
+use super::drawn::{COLUMNS, Drawn};
+use super::plotly_script::{figure_script, plotly_script};
 use super::table::Table;
 
 /// Something that can be drawn.
 pub trait Figure {
-    /// The picture as an `<svg>` element.
-    fn svg(&self) -> String;
-    /// The picture laid out anew for a screen as narrow as a phone's; without one the wide picture is moved sideways there.
-    fn narrow_svg(&self) -> Option<String> {
-        None
-    }
+    /// The figure as Plotly reads it. Of a longer series each of so many columns of the picture keeps its lowest and its
+    /// highest point.
+    fn draw(&self, columns: usize) -> Drawn;
     /// One sentence that says what it shows.
     fn caption(&self) -> &str;
+    /// Height in px beside a legend of one line.
+    fn height(&self) -> f64;
+    /// A copy for the page to keep.
+    fn boxed(&self) -> Box<dyn Figure>;
+    /// `data` and `layout` of the figure, for any program that draws with Plotly; colours are those of light mode.
+    fn figure_json(&self) -> serde_json::Value {
+        self.draw(COLUMNS).json
+    }
 }
 
-/// A self-contained page, filled from top to bottom.
-#[derive(Debug, Clone)]
+/// A self-contained page, filled from top to bottom. A page with figures folds its sections, all but the first.
 pub struct Page {
     title: String,
-    body: String,
+    parts: Vec<Part>,
 }
+
+enum Part {
+    Html(String),
+    Section(String),
+    Figure(Box<dyn Figure>),
+    Foot(String),
+}
+
+/// A page takes no more than this, bytes: it is to be sent by mail, and to open at once.
+const LARGEST: usize = 5_900_000;
 
 impl Page {
     /// A page with its title and a leading sentence.
     pub fn new(title: &str, lead: &str) -> Page {
+        let head = html! { h1 { (title) } p.lead { (lead) } };
         Page {
             title: title.to_owned(),
-            body: html! { h1 { (title) } p.lead { (lead) } }.into_string(),
+            parts: vec![Part::Html(head.into_string())],
         }
     }
 
     fn add(mut self, part: Markup) -> Page {
-        self.body.push_str(&part.into_string());
+        self.parts.push(Part::Html(part.into_string()));
+        self
+    }
+
+    fn side_by_side(mut self, class: &str, figures: &[&dyn Figure]) -> Page {
+        self.parts
+            .push(Part::Html(format!("<div class=\"{class}\">")));
+        let figures = figures.iter().map(|f| Part::Figure(f.boxed()));
+        self.parts.extend(figures);
+        self.parts.push(Part::Html("</div>".into()));
         self
     }
 
@@ -56,8 +82,9 @@ impl Page {
     }
 
     /// Starts a section.
-    pub fn section(self, title: &str) -> Page {
-        self.add(html! { h2 id=(anchor(title)) { (title) } })
+    pub fn section(mut self, title: &str) -> Page {
+        self.parts.push(Part::Section(title.to_owned()));
+        self
     }
 
     /// Starts a part of a section.
@@ -81,29 +108,44 @@ impl Page {
     }
 
     /// A figure over the whole width.
-    pub fn figure(self, figure: &dyn Figure) -> Page {
-        self.add(markup(figure))
+    pub fn figure(mut self, figure: &dyn Figure) -> Page {
+        self.parts.push(Part::Figure(figure.boxed()));
+        self
     }
 
     /// Figures side by side, where the window is wide enough.
     pub fn figures(self, figures: &[&dyn Figure]) -> Page {
-        self.add(html! { div.figures { @for figure in figures { (markup(*figure)) } } })
+        self.side_by_side("figures", figures)
     }
 
     /// Small figures, three side by side where the window is wide enough; about 400 px wide each.
     pub fn small_figures(self, figures: &[&dyn Figure]) -> Page {
-        self.add(html! { div.figures.small { @for figure in figures { (markup(*figure)) } } })
+        self.side_by_side("figures small", figures)
     }
 
     /// The page's foot: names and values, small, in the order given.
-    pub fn foot(self, lines: &[(&str, String)]) -> Page {
-        self.add(html! {
+    pub fn foot(mut self, lines: &[(&str, String)]) -> Page {
+        let foot = html! {
             footer { dl { @for (name, value) in lines { dt { (name) } dd { (value) } } } }
-        })
+        };
+        self.parts.push(Part::Foot(foot.into_string()));
+        self
     }
 
-    /// The finished document.
+    /// The finished document, its figures thinned until it is small enough.
     pub fn html(&self) -> String {
+        let mut columns = COLUMNS;
+        loop {
+            let document = self.document(columns);
+            if document.len() <= LARGEST || columns <= COLUMNS / 16 {
+                return document;
+            }
+            columns /= 2;
+        }
+    }
+
+    fn document(&self, columns: usize) -> String {
+        let has_figures = self.parts.iter().any(|p| matches!(p, Part::Figure(_)));
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -113,10 +155,51 @@ impl Page {
                     title { (self.title) }
                     style { (PreEscaped(include_str!("style.css"))) }
                 }
-                body { main { (PreEscaped(&self.body)) } }
+                body {
+                    main { (PreEscaped(self.body(columns, has_figures))) }
+                    @if has_figures {
+                        script { (PreEscaped(plotly_script())) }
+                        script { (PreEscaped(figure_script())) }
+                    }
+                }
             }
         }
         .into_string()
+    }
+
+    fn body(&self, columns: usize, folds: bool) -> String {
+        let (mut body, mut sections, mut figures) = (String::new(), 0, 0);
+        for part in &self.parts {
+            let ends_section = matches!(part, Part::Section(_) | Part::Foot(_));
+            if ends_section && folds && sections > 0 {
+                body.push_str("</details>");
+            }
+            match part {
+                Part::Html(text) | Part::Foot(text) => body.push_str(text),
+                Part::Section(title) if folds => {
+                    let open = if sections == 0 { " open" } else { "" };
+                    let head = html! { summary { h2 { (title) } } }.into_string();
+                    let id = anchor(title);
+                    body.push_str(&format!("<details id=\"{id}\"{open}>{head}"));
+                    sections += 1;
+                }
+                Part::Section(title) => {
+                    let head = html! { h2 id=(anchor(title)) { (title) } };
+                    body.push_str(&head.into_string());
+                }
+                Part::Figure(figure) => {
+                    figures += 1;
+                    body.push_str(&markup(figure.as_ref(), figures, columns).into_string());
+                }
+            }
+            if matches!(part, Part::Foot(_)) {
+                sections = 0;
+            }
+        }
+        if folds && sections > 0 {
+            body.push_str("</details>");
+        }
+        body
     }
 }
 
@@ -132,17 +215,26 @@ fn anchor(title: &str) -> String {
     title.chars().map(keep).collect()
 }
 
-fn markup(figure: &dyn Figure) -> Markup {
+fn markup(figure: &dyn Figure, number: usize, columns: usize) -> Markup {
+    let drawn = figure.draw(columns);
+    // Inside a script element nothing is escaped, so no text may look like its end.
+    let json = drawn.json.to_string().replace("</", "<\\/");
+    let size = format!(
+        "--height:{:.0}px;--legend:{}",
+        figure.height(),
+        drawn.legend()
+    );
     html! {
-        figure {
-            @match figure.narrow_svg() {
-                Some(narrow) => {
-                    div.wide { (PreEscaped(figure.svg())) }
-                    div.narrow { (PreEscaped(narrow)) }
+        figure id={ "figure-" (number) } {
+            div.plot tabindex="0" role="group" aria-label=(figure.caption()) style=(size) {}
+            script type="application/json" { (PreEscaped(json)) }
+            figcaption {
+                (figure.caption())
+                @if let Some(note) = drawn.thinned() { " " (note) }
+                span.downloads {
+                    @for kind in ["PNG", "SVG", "CSV"] { button type="button" data-kind=(kind) { (kind) } }
                 }
-                None => div.sideways tabindex="0" { (PreEscaped(figure.svg())) }
             }
-            figcaption { (figure.caption()) }
         }
     }
 }

@@ -2,9 +2,12 @@
 
 use super::axis::{Axis, Scale};
 use super::colour::Colour;
+use super::drawn::Drawn;
 use super::layer::{Layer, Shape, pairs};
+use super::layout::{edge_to_edge, layout};
 use super::page::Figure;
-use super::svg::{Canvas, LEGEND_ROW, NARROW};
+use super::svg::Canvas;
+use super::trace::{Frame, Traces};
 
 /// A picture over two axes. Later layers lie on top of earlier ones.
 #[derive(Debug, Clone)]
@@ -154,7 +157,9 @@ impl Plot {
 }
 
 impl Plot {
-    fn draw(&self, (width, height): (f64, f64)) -> String {
+    /// The picture as an `<svg>` element, for a file of its own.
+    pub(super) fn svg(&self) -> String {
+        let (width, height) = self.size;
         let legend: Vec<_> = self
             .layers
             .iter()
@@ -175,29 +180,36 @@ impl Plot {
     }
 }
 
-/// Height of a narrow picture's plotting area and axis, px, without its legend.
-const NARROW_HEIGHT: f64 = 240.0;
-
 impl Figure for Plot {
-    fn svg(&self) -> String {
-        self.draw(self.size)
-    }
-
-    fn narrow_svg(&self) -> Option<String> {
-        let has_notes = self
-            .layers
-            .iter()
-            .any(|l| matches!(l.shape, Shape::Notes(_)));
-        // Names of places do not shrink, and notes run beyond a narrow picture.
-        if has_notes || self.x.has_names() || self.y.name_width() > 0.0 {
-            return None;
+    fn draw(&self, columns: usize) -> Drawn {
+        let x = self.x.scale(self.layers.iter().flat_map(|l| l.shape.xs()));
+        let y = self.y.scale(self.ys(x));
+        let frame = Frame {
+            x: (&self.x, x),
+            y: (&self.y, y),
+            columns,
+        };
+        let mut traces = Traces::default();
+        for layer in &self.layers {
+            frame.add(layer, &mut traces);
         }
-        let names = self.layers.iter().filter(|l| !l.name.is_empty()).count();
-        let height = NARROW_HEIGHT.max(self.size.1.min(300.0)) + LEGEND_ROW * names as f64;
-        Some(self.draw((NARROW, height)))
+        let layout = layout()
+            .x_axis(self.x.layout(&x))
+            .y_axis(self.y.layout(&y))
+            .x_axis2(edge_to_edge("x"))
+            .y_axis2(edge_to_edge("y"));
+        Drawn::new(traces, layout, [&self.x, &self.y])
     }
 
     fn caption(&self) -> &str {
         &self.caption
+    }
+
+    fn height(&self) -> f64 {
+        self.size.1
+    }
+
+    fn boxed(&self) -> Box<dyn Figure> {
+        Box::new(self.clone())
     }
 }

@@ -1,32 +1,22 @@
 //! Path data of lines, no more of it than the picture can show.
-//!
-//! A line of millions of samples covers each pixel many times. A curve over its x axis is drawn as the lowest and the highest
-//! value of each pixel column; any other curve leaves out what runs over pixels that it has inked before.
 
-use std::collections::HashSet;
 use std::fmt::Write as _;
 
-type Point = (f64, f64);
+use super::thinning::{DENSE, Point, is_finite, kept};
 
-/// Curves of fewer points are drawn point by point.
-const DENSE: usize = 1500;
 /// Points this near to the one drawn before are left out, px.
 const NEAR: f64 = 0.4;
 
 /// Path data of a line through points in px; a point that is not finite interrupts it.
 pub(super) fn line(points: impl Iterator<Item = Point>) -> String {
     let points: Vec<Point> = points.collect();
-    let (mut pen, mut inked) = (Pen::default(), HashSet::new());
-    let pieces = points.split(|p| !is_finite(p)).filter(|p| !p.is_empty());
-    let runs_right = |piece: &[Point]| piece.is_sorted_by(|a, b| a.0 <= b.0);
-    let is_over_x = pieces.clone().all(runs_right);
-    for piece in pieces {
-        if points.len() < DENSE {
-            pen.polyline(piece.iter().copied());
-        } else if is_over_x {
-            pen.polyline(columns(piece));
+    let (mut pen, kept) = (Pen::default(), kept(&points));
+    for run in &kept.runs {
+        let joined = run.iter().map(|i| points[*i]);
+        if kept.by_column {
+            pen.polyline(joined.map(whole));
         } else {
-            pen.fresh_ink(piece, &mut inked);
+            pen.polyline(joined);
         }
     }
     pen.d
@@ -37,38 +27,19 @@ pub(super) fn area(low: &[Point], high: &[Point]) -> String {
     let side = |points: &[Point]| -> Vec<Point> {
         let finite: Vec<Point> = points.iter().copied().filter(is_finite).collect();
         if finite.len() < DENSE {
-            finite
-        } else {
-            columns(&finite).collect()
+            return finite;
         }
+        let runs = kept(&finite).runs;
+        runs.iter().flatten().map(|i| whole(finite[*i])).collect()
     };
     let mut pen = Pen::default();
     pen.polyline(side(low).into_iter().chain(side(high).into_iter().rev()));
     pen.d
 }
 
-fn is_finite(point: &Point) -> bool {
-    point.0.is_finite() && point.1.is_finite()
-}
-
-/// Of each pixel column its lowest and highest point, in the order in which they come, in the middle of the column.
-fn columns(points: &[Point]) -> impl Iterator<Item = Point> {
-    points
-        .chunk_by(|a, b| a.0.floor() == b.0.floor())
-        .flat_map(|column| {
-            let (mut low, mut high) = (0, 0);
-            for (i, p) in column.iter().enumerate() {
-                if p.1 < column[low].1 {
-                    low = i;
-                }
-                if p.1 > column[high].1 {
-                    high = i;
-                }
-            }
-            // Whole px take half the text, and nobody sees the difference where a column is this full.
-            let x = column[0].0.floor() + 0.5;
-            [low.min(high), low.max(high)].map(|i| (x, column[i].1.round()))
-        })
+/// The middle of its column: whole px take half the text, and nobody sees the difference where a column is full.
+fn whole((x, y): Point) -> Point {
+    (x.floor() + 0.5, y.round())
 }
 
 /// Writes path data in tenths of a px, relative to where it is.
@@ -118,39 +89,6 @@ impl Pen {
             last = Some(point);
         }
     }
-
-    /// Joins points; pieces of the line over pixels inked before are left out.
-    fn fresh_ink(&mut self, points: &[Point], inked: &mut HashSet<(i32, i32)>) {
-        let (mut last, mut pen_down) = (points[0], false);
-        for &point in &points[1..] {
-            if (point.0 - last.0).abs() < NEAR && (point.1 - last.1).abs() < NEAR {
-                continue;
-            }
-            let before = inked.len();
-            inked.extend(cells(last, point));
-            let fresh = inked.len() > before;
-            if fresh {
-                if !pen_down {
-                    self.move_to(last);
-                }
-                self.line_to(point);
-            }
-            (pen_down, last) = (fresh, point);
-        }
-    }
-}
-
-/// Pixels under the line between two points.
-fn cells(from: Point, to: Point) -> impl Iterator<Item = (i32, i32)> {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let steps = dx.abs().max(dy.abs()).ceil().clamp(1.0, 1e4);
-    (0..=steps as usize).map(move |i| {
-        let share = i as f64 / steps;
-        (
-            (from.0 + share * dx).floor() as i32,
-            (from.1 + share * dy).floor() as i32,
-        )
-    })
 }
 
 #[cfg(test)]

@@ -7,13 +7,11 @@ use super::colour::Colour;
 
 /// A picture grows to so many times its size, where the page has room, and no further: its texts would shout.
 const LARGEST: f64 = 1.3;
-/// Width of a picture for narrow screens, px: that of a phone's screen less the page's margins.
-pub(super) const NARROW: f64 = 336.0;
 /// Room around the plotting area, px: for tick texts and axis labels.
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
-pub(super) const LEGEND_ROW: f64 = 18.0;
+const LEGEND_ROW: f64 = 18.0;
 /// Width of a legend's character and of its mark, px.
 const CHARACTER: f64 = 6.2;
 const MARK: f64 = 30.0;
@@ -54,12 +52,7 @@ impl Canvas {
     }
 
     fn legend(&mut self, entries: &[(String, Colour, Mark)]) {
-        // On a narrow screen the legend needs the room left of the plotting area too.
-        let first = if self.total.0 < 2.0 * NARROW {
-            4.0
-        } else {
-            self.left
-        };
+        let first = self.left;
         let mut x = first;
         for (i, (name, colour, mark)) in entries.iter().enumerate() {
             let width = MARK + CHARACTER * name.chars().count() as f64 + 12.0;
@@ -107,12 +100,6 @@ impl Canvas {
         let more = (needed - self.left).max(0.0);
         self.left += more;
         self.width -= more;
-    }
-
-    /// Moves the plotting area's left border to `left` px, for a picture without texts there.
-    pub fn narrow_left(&mut self, left: f64) {
-        self.width += self.left - left;
-        self.left = left;
     }
 
     /// Text at a point; `anchor` is `start`, `middle` or `end`.

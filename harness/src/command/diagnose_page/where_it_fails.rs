@@ -128,7 +128,6 @@ impl Both<'_> {
             values.collect(),
         )
         .logarithmic()
-        .width(SIZE.0)
         .caption(&format!(
             "{} (In the cells: error over noise of the model {}{}.)",
             plane.statement,

@@ -227,7 +227,7 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Swept, Error>
     let section = store.section(&plan, &rows)?;
     let study = Study::new(&plan, &rows, store.done, section, branches);
     let picture = pictures::main(&study);
-    write_file(&into("sweep.svg"), svg_file(picture.as_ref()).as_bytes())?;
+    write_file(&into("sweep.svg"), svg_file(&picture).as_bytes())?;
     let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();
     let provenance = Provenance::of(&files)?;
     let html = page::html(&study, &provenance);

@@ -39,7 +39,7 @@ pub fn html(study: &Study, provenance: &Provenance) -> String {
     let counted = counted.collect::<Vec<_>>().join(", ");
     let mut page = Page::new("Parameter study", &lead)
         .banner(Colour::Blue, &format!("{counted}."), "", &[])
-        .figure(pictures::main(study).as_ref());
+        .figure(&pictures::main(study));
     if plan.axes.len() == 2 {
         for kind in &plan.starts[1..] {
             page = page.figure(&pictures::map(study, *kind));

@@ -7,7 +7,7 @@ use super::orbits::stretches;
 use super::plan::{Axis as Parameter, Row, StartKind};
 use super::table::Result;
 use super::terminal::name;
-use crate::report::{Axis, Colour, Figure, Plot};
+use crate::report::{Axis, Colour, Plot};
 
 /// Points of a cloud in one picture: more would only make the page heavy.
 const POINTS: usize = 60_000;
@@ -69,11 +69,11 @@ fn section(study: &Study) -> &'static str {
 }
 
 /// The picture of sweep.svg.
-pub fn main(study: &Study) -> Box<dyn Figure> {
+pub fn main(study: &Study) -> Plot {
     if study.plan.axes.len() == 2 {
-        Box::new(map(study, study.plan.starts[0]))
+        map(study, study.plan.starts[0])
     } else {
-        Box::new(bifurcation(study))
+        bifurcation(study)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::command::dimension::pictures;
 use crate::command::dimension::series::Series;
 use crate::dimension::{Analysis, Settings, Verdict, analyse};
 use crate::error::Error;
-use crate::report::{Figure, number};
+use crate::report::{Plot, number};
 
 /// Samples, as in the paper; interval and time before them in s, which the paper does not say.
 const SAMPLES: usize = 15_000;
@@ -52,7 +52,7 @@ pub fn figures(workshop: &Workshop) -> Result<Vec<PaperFigure>, Error> {
     ])
 }
 
-type Pictures = Vec<(String, Box<dyn Figure>)>;
+type Pictures = Vec<(String, Plot)>;
 
 fn attractor(
     workshop: &Workshop,
@@ -81,13 +81,10 @@ fn attractor(
     let shown: Pictures = vec![
         (
             format!("{file}_embedding"),
-            Box::new(pictures::embedding(&series, &a)),
+            pictures::embedding(&series, &a),
         ),
-        (file.to_owned(), Box::new(pictures::sums(&series, &a))),
-        (
-            format!("{file}_slopes"),
-            Box::new(pictures::slopes(&series, &a)),
-        ),
+        (file.to_owned(), pictures::sums(&series, &a)),
+        (format!("{file}_slopes"), pictures::slopes(&series, &a)),
     ];
     let found = Attractor {
         dimension: match a.verdict {

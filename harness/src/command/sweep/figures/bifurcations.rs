@@ -10,7 +10,7 @@ use crate::command::sweep::pictures::bifurcation;
 use crate::command::sweep::plan::StartKind;
 use crate::command::sweep::terminal::name;
 use crate::error::Error;
-use crate::report::{Figure, number};
+use crate::report::{Plot, number};
 
 const STARTS: [StartKind; 4] = [
     StartKind::Fixed,
@@ -165,8 +165,8 @@ fn coexisting(study: &Study) -> (usize, usize) {
     (points.iter().filter(|(_, n)| *n > 1).count(), points.len())
 }
 
-fn picture(study: &Study) -> Box<dyn Figure> {
-    Box::new(bifurcation(study))
+fn picture(study: &Study) -> Plot {
+    bifurcation(study)
 }
 
 /// The figures.

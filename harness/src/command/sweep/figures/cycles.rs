@@ -9,7 +9,7 @@ use super::{PaperFigure, Workshop};
 use crate::command::sweep::table::Result as Row;
 use crate::command::sweep::terminal::name;
 use crate::error::Error;
-use crate::report::{Axis, Colour, Figure, Plot, number};
+use crate::report::{Axis, Colour, Plot, number};
 
 /// Most modes of the model.
 const MODES: usize = 8;
@@ -206,7 +206,7 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
             ),
         ],
         pictures: vec![
-            ("figure3".into(), Box::new(plot)),
+            ("figure3".into(), plot),
             ("figure3_convergence".into(), bars),
         ],
     })
@@ -241,7 +241,7 @@ fn claim(paper: &str, model: String, distances: &[f64], ones: usize) -> Claim {
     )
 }
 
-fn convergence(point: (f64, f64), far: &[f64], near: &[f64]) -> Box<dyn Figure> {
+fn convergence(point: (f64, f64), far: &[f64], near: &[f64]) -> Plot {
     let names: Vec<String> = (1..MODES).map(|n| n.to_string()).collect();
     let places: Vec<f64> = (0..names.len()).map(|i| i as f64).collect();
     let percent = |d: &[f64]| -> Vec<f64> { d[..MODES - 1].iter().map(|d| 100.0 * d).collect() };
@@ -252,15 +252,13 @@ fn convergence(point: (f64, f64), far: &[f64], near: &[f64]) -> Box<dyn Figure> 
         DAMPED.1.0,
         DAMPED.1.1
     );
-    Box::new(
-        Plot::new(
+    Plot::new(
             Axis::places("number of modes", &names),
             Axis::log("distance to 8 modes, of the amplitude", "%"),
         )
         .scatter(&as_given, Colour::Blue, &places, &percent(far))
         .scatter(&damped, Colour::Orange, &places, &percent(near))
-        .caption("Distance of the limit cycle to that with eight modes, over the number of modes: with the damping measured the higher modes make the motion irregular, with more it converges."),
-    )
+        .caption("Distance of the limit cycle to that with eight modes, over the number of modes: with the damping measured the higher modes make the motion irregular, with more it converges.")
 }
 
 #[cfg(test)]

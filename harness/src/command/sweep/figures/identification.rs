@@ -185,7 +185,7 @@ fn set_up(record: &Record) -> Result<PaperFigure, Error> {
             record.unevenness(&fine),
             record.unevenness(&coarse),
         )],
-        pictures: vec![("figure8".into(), Box::new(plot))],
+        pictures: vec![("figure8".into(), plot)],
     })
 }
 
@@ -260,7 +260,7 @@ fn diagram(
                 number(record.force_error(&placed.force), 2)
             ),
         )],
-        pictures: vec![("figure13".into(), Box::new(plot))],
+        pictures: vec![("figure13".into(), plot)],
     })
 }
 
@@ -351,7 +351,7 @@ fn characteristic(
         number: "14",
         title: "Identified friction characteristic".into(),
         claims: vec![characteristic_claim(means, worst)],
-        pictures: vec![("figure14".into(), Box::new(plot))],
+        pictures: vec![("figure14".into(), plot)],
     })
 }
 

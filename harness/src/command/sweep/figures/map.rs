@@ -8,7 +8,7 @@ use crate::command::sweep::plan::StartKind;
 use crate::command::sweep::table::Result as Row;
 use crate::command::sweep::terminal::name;
 use crate::error::Error;
-use crate::report::{Figure, number};
+use crate::report::number;
 
 /// The figure.
 pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
@@ -31,8 +31,8 @@ pub fn figure(workshop: &Workshop) -> Result<PaperFigure, Error> {
         title: "Kinds of motion over belt velocity and normal force".into(),
         claims: claims(&fixed, &largest).into(),
         pictures: vec![
-            ("figure12".into(), Box::new(fixed_plot) as Box<dyn Figure>),
-            ("figure12_largest".into(), Box::new(largest_plot)),
+            ("figure12".into(), fixed_plot),
+            ("figure12_largest".into(), largest_plot),
         ],
     })
 }

@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::output::{make_folder, print_line, write_file};
 use crate::provenance::Provenance;
-use crate::report::{Figure, svg_file};
+use crate::report::{Plot, svg_file};
 use crate::watch::Watch;
 
 /// Options of `figures`.
@@ -54,7 +54,7 @@ pub struct PaperFigure {
     /// Claims.
     pub claims: Vec<Claim>,
     /// Pictures with their file names without suffix.
-    pub pictures: Vec<(String, Box<dyn Figure>)>,
+    pub pictures: Vec<(String, Plot)>,
 }
 
 /// What all figures are made with.
@@ -247,7 +247,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     for figure in &figures {
         for (name, picture) in &figure.pictures {
             let path = arguments.output.join(format!("{name}.svg"));
-            write_file(&path, svg_file(picture.as_ref()).as_bytes())?;
+            write_file(&path, svg_file(picture).as_bytes())?;
         }
     }
     let files: Vec<&Path> = arguments.fmu.as_deref().into_iter().collect();

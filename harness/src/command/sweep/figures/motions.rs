@@ -9,7 +9,7 @@ use super::{PaperFigure, Workshop};
 use crate::command::sweep::table::Result as Row;
 use crate::command::sweep::terminal::name;
 use crate::error::Error;
-use crate::report::{Axis, Colour, Figure, Plot, number};
+use crate::report::{Axis, Colour, Plot, number};
 
 /// Length in s and number of samples of what the spectra are made from.
 const LENGTH: f64 = 2.0;
@@ -188,11 +188,7 @@ fn rising(what: &str, values: &[f64], unit: &'static str) -> Finding {
     )
 }
 
-fn pictures(
-    prefix: &str,
-    cases: &[Case],
-    plot: impl Fn(&Case) -> Plot,
-) -> Vec<(String, Box<dyn Figure>)> {
+fn pictures(prefix: &str, cases: &[Case], plot: impl Fn(&Case) -> Plot) -> Vec<(String, Plot)> {
     cases
         .iter()
         .map(|c| {
@@ -201,7 +197,7 @@ fn pictures(
                 c.force,
                 number(1e3 * c.velocity, 3)
             );
-            (name, Box::new(plot(c)) as Box<dyn Figure>)
+            (name, plot(c))
         })
         .collect()
 }

@@ -98,7 +98,11 @@ pub fn html(figures: &[PaperFigure], provenance: &Provenance) -> String {
                 page = page.paragraph(&format!("{}.", claim.model));
             }
         }
-        let pictures: Vec<&dyn Figure> = figure.pictures.iter().map(|(_, p)| p.as_ref()).collect();
+        let pictures: Vec<&dyn Figure> = figure
+            .pictures
+            .iter()
+            .map(|(_, p)| p as &dyn Figure)
+            .collect();
         page = match pictures.as_slice() {
             [only] => page.figure(*only),
             many => page.figures(many),

@@ -8,7 +8,7 @@ use crate::command::sweep::Study;
 use crate::command::sweep::pictures;
 use crate::command::sweep::plan::StartKind;
 use crate::error::Error;
-use crate::report::{Figure, number};
+use crate::report::{Plot, number};
 
 /// The paper's magnification of Figure 6, m/s.
 const MAGNIFICATION: (f64, f64) = (0.06, 0.09);
@@ -18,7 +18,7 @@ const FIGURE_7: (f64, f64) = (0.096, 0.112);
 /// Kinds of motion over belt velocity and second natural frequency at 100 N.
 pub struct SecondFrequency {
     /// The map.
-    pub picture: Box<dyn Figure>,
+    pub picture: Plot,
     /// The paper's second natural frequency in Hz.
     nominal: f64,
     /// Number of frequencies tried.
@@ -42,7 +42,7 @@ impl SecondFrequency {
         let set = [("normal_force", 100.0)];
         workshop.study("second_frequency", &axes, &set, &[StartKind::Fixed], |s| {
             Self {
-                picture: Box::new(pictures::map(s, StartKind::Fixed)),
+                picture: pictures::map(s, StartKind::Fixed),
                 nominal: s.plan.base.get("mode[2].frequency").unwrap_or(f64::NAN),
                 tried: s.plan.axes[1].values.len(),
                 strange: frequencies(s, MAGNIFICATION, |kinds| {

@@ -74,7 +74,7 @@ pub fn cantilever(workshop: &Workshop) -> Result<PaperFigure, Error> {
         number: "1",
         title: "Cantilever driven by dry friction at its tip".into(),
         claims: vec![cantilever_claim(share(1.0), share(2.0))],
-        pictures: vec![("figure1".into(), Box::new(plot))],
+        pictures: vec![("figure1".into(), plot)],
     })
 }
 
@@ -142,7 +142,7 @@ pub fn mode_shapes(workshop: &Workshop) -> Result<PaperFigure, Error> {
         number: "2",
         title: "Mode shapes".into(),
         claims: vec![mode_shapes_claim(&modes, node)],
-        pictures: vec![("figure2".into(), Box::new(plot))],
+        pictures: vec![("figure2".into(), plot)],
     })
 }
 
@@ -218,7 +218,7 @@ pub fn friction(workshop: &Workshop) -> Result<PaperFigure, Error> {
         number: "4",
         title: "Friction characteristic".into(),
         claims: vec![friction_claim(rise(&read), rise(&printed), context)],
-        pictures: vec![("figure4".into(), Box::new(plot))],
+        pictures: vec![("figure4".into(), plot)],
     })
 }
 
