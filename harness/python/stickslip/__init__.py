@@ -21,7 +21,7 @@ from stickslip.errors import BadInput, FmuFailed, GateFailed, NotWritten, Sticks
 from stickslip.observation import Observation, observe
 from stickslip.quality import Quality, check
 from stickslip.simulation import Simulation, simulate
-from stickslip.study import Study, sweep
+from stickslip.study import Study, StudyOptions, sweep
 
 __all__ = [
     "FMU",
@@ -47,6 +47,7 @@ __all__ = [
     "StickslipError",
     "Stopped",
     "Study",
+    "StudyOptions",
     "blind_test",
     "check",
     "compare",

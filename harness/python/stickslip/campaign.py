@@ -69,8 +69,9 @@ class Campaign:
         self.name: str = found["name"]
         self.beam: dict[str, list[float]] = found["beam"]
         """What is known of the structure; empty lists where nothing is."""
-        of = {**found, "campaign": self.folder}
-        self.runs = [Run(**{**run, "file": FilePath(run["file"])}, campaign=of["campaign"]) for run in found["runs"]]
+        self.runs = [
+            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder) for run in found["runs"]
+        ]
 
     @classmethod
     def from_arrays(
@@ -177,7 +178,8 @@ class Campaign:
         beam: Beam = None,
         folder: Path | None = None,
     ) -> Campaign:
-        """Of loggers' files, one run each: CSV, MATLAB, HDF5, UFF 58, WAV, Parquet, TDMS.
+        """Of loggers' files, one run each: CSV, MATLAB, HDF5, UFF 58, WAV, Parquet, TDMS, told by their content;
+        `from_csv` and `from_mat` are other names of this function.
 
         Belt velocity (m/s), normal force and external force (N) are a value, a channel or `mean:CHANNEL`, one for all files or
         a list with one for each. `time` and `displacement` are channels [default: found by name and unit], `rate` samples per
@@ -215,15 +217,8 @@ class Campaign:
 
             return cls._made(write, folder, name)
 
-    @classmethod
-    def from_csv(cls, files: Path | Iterable[Path], **options: Any) -> Campaign:
-        """Of CSV files; arguments as for `from_files`."""
-        return cls.from_files(files, **options)
-
-    @classmethod
-    def from_mat(cls, files: Path | Iterable[Path], **options: Any) -> Campaign:
-        """Of MATLAB files (.mat, version 5 or 7.3); arguments as for `from_files`."""
-        return cls.from_files(files, **options)
+    from_csv = from_files
+    from_mat = from_files
 
     @classmethod
     def _made(cls, write: Any, folder: Path | None, name: str | None) -> Campaign:

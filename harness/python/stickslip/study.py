@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from stickslip import _native
 from stickslip._progress import Progress, Told
 from stickslip._result import Folder, Result, parsed
 from stickslip._words import Path, fmu_or_own, words
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 class Study(Result):
@@ -42,72 +45,65 @@ class Study(Result):
         return f"{len(rows)} motions over {', '.join(rows[0]['at'])}"
 
 
-def sweep(parameter: str, *, output: Path | None = None, progress: Progress = None, **options: Any) -> Study:
-    """Studies the motions of the model over a parameter, or two. The other arguments are those of `study_words`.
+class StudyOptions(TypedDict, total=False):
+    """What a study does besides the parameter that is varied."""
 
-    A study that was stopped goes on with the same call, where `output` is given.
+    from_: float | None
+    """Lowest value, in the variable's unit."""
+    to: float | None
+    points: int | None
+    values: Sequence[float] | None
+    """The values, in place of a range."""
+    second_parameter: str | None
+    second_from: float | None
+    second_to: float | None
+    second_points: int | None
+    second_values: Sequence[float] | None
+    settings: Mapping[str, float] | None
+    """Other start values by variable name, in the variable's unit."""
+    start: str | Sequence[str] | None
+    """`fixed`, `up`, `down` or `grid`, or several of them."""
+    grid: str | None
+    """Bends and velocities of the grid of starts, as `5x3`."""
+    section: str | None
+    """`peak`, `release` or `strobe`."""
+    strobe_period: float | None
+    """s"""
+    settle: int | None
+    """Peaks discarded."""
+    cycles: int | None
+    """Peaks measured."""
+    orbits: bool
+    """Follow periodic motions as branches."""
+    fmu: Path | None
+    """FMU whose start values are used [default: the package's own]."""
+    threads: int | None
+
+
+def sweep(
+    parameter: str, *, output: Path | None = None, progress: Progress = None, **options: Unpack[StudyOptions]
+) -> Study:
+    """Studies the motions of the model over a parameter, or two: `sweep("belt_velocity", from_=0.05, to=0.2, points=31)`.
+
+    The other arguments are those of `StudyOptions`. A study that was stopped goes on with the same call, where `output` is
+    given.
     """
     folder = Folder(output)
-    line = study_words(parameter, output=folder.path, **options)
     with Told(progress) as tell:
-        return Study(_native.perform(line, tell), folder)
+        return Study(_native.perform(study_words(parameter, folder.path, options), tell), folder)
 
 
-def study_words(
-    parameter: str,
-    *,
-    output: Path,
-    from_: float | None = None,
-    to: float | None = None,
-    points: int | None = None,
-    values: Sequence[float] | None = None,
-    second_parameter: str | None = None,
-    second_from: float | None = None,
-    second_to: float | None = None,
-    second_points: int | None = None,
-    second_values: Sequence[float] | None = None,
-    settings: Mapping[str, float] | None = None,
-    start: str | Sequence[str] | None = None,
-    grid: str | None = None,
-    section: str | None = None,
-    strobe_period: float | None = None,
-    settle: int | None = None,
-    cycles: int | None = None,
-    orbits: bool = False,
-    fmu: Path | None = None,
-    threads: int | None = None,
-) -> list[str]:
-    """The command line of a study.
-
-    `points` values of `parameter` between `from_` and `to`, or `values`, in the variable's unit; likewise those of the
-    second parameter. `start` is `fixed`, `up`, `down` or `grid`, or several of them; `section` is `peak`, `release` or
-    `strobe` (each `strobe_period`, s). `settle` peaks are discarded, `cycles` measured. `orbits` follows periodic motions
-    as branches.
-    """
-    return words(
-        "sweep",
-        parameter=parameter,
-        from_=from_,
-        to=to,
-        points=points,
-        values=None if values is None else list(values),
-        second_parameter=second_parameter,
-        second_from=second_from,
-        second_to=second_to,
-        second_points=second_points,
-        second_values=None if second_values is None else list(second_values),
-        set=dict(settings or {}),
-        start=start if start is None or isinstance(start, str) else list(start),
-        grid=grid,
-        section=section,
-        strobe_period=strobe_period,
-        settle=settle,
-        cycles=cycles,
-        orbits=orbits,
-        fmu=fmu_or_own(fmu),
-        threads=threads,
-        output=output,
-    )
+def study_words(parameter: str, output: Path, options: StudyOptions) -> list[str]:
+    """The command line of a study."""
+    known = StudyOptions.__annotations__
+    unknown = [name for name in options if name not in known]
+    if unknown:
+        raise TypeError(f"'{unknown[0]}' is no option of a study; there are {', '.join(known)}")
+    given: dict[str, Any] = dict(options)
+    lists = {name: list(given[name]) for name in ("values", "second_values") if given.get(name) is not None}
+    settings = dict(given.pop("settings", None) or {})
+    given["fmu"] = fmu_or_own(given.get("fmu"))
+    return words("sweep", parameter=parameter, set=settings, output=output, **{**given, **lists})
 
 
 def _number(value: Any) -> Any:
