@@ -611,6 +611,11 @@ pub enum Error {
         /// Where they are.
         folder: PathBuf,
     },
+    /// A search that was stopped by someone who does not want what it has found.
+    #[error(
+        "the search was stopped; its fits are kept in the folder of results, the same call goes on from there"
+    )]
+    Discarded,
     /// Stopped by the user, and nothing of it is kept.
     #[error("stopped after {done} of {of} {what}; nothing was written, begin anew")]
     Interrupted {
@@ -655,7 +660,7 @@ impl Error {
                 Exit::ReaderGone
             }
             Error::Write { .. } | Error::Print { .. } => Exit::NotWritten,
-            Error::Stopped { .. } | Error::Interrupted { .. } => Exit::Stopped,
+            Error::Stopped { .. } | Error::Interrupted { .. } | Error::Discarded => Exit::Stopped,
             _ => Exit::BadInput,
         }
     }

@@ -106,7 +106,10 @@ fn val_observe_writes_force_friction_and_report() {
         assert!(friction.starts_with("relative_velocity_m_per_s,mu,mu_std,count\n"));
         assert!(out_has_table(folder.path()));
         let page = std::fs::read_to_string(folder.path().join("out/observer.html")).unwrap();
-        assert!(page.contains("<svg") && page.contains("Friction characteristic"));
+        assert!(
+            page.matches("<script type=\"application/json\">").count() >= 5
+                && page.contains("Friction characteristic")
+        );
     }
 }
 

@@ -58,6 +58,10 @@ impl Watch for Relay {
     fn stop(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
+    /// What stops it raises an exception, and no result is returned.
+    fn discards(&self) -> bool {
+        true
+    }
 }
 
 /// Does work on behalf of a command line on a thread of its own, while this one looks after signals and calls

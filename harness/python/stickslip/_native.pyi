@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__file__: str
-
 _Progress = Callable[[str, float], object] | None
 _Floats = NDArray[np.float64]
 _Run = tuple[str, _Floats, _Floats, float | _Floats, float | _Floats, float | _Floats | None]

@@ -11,6 +11,10 @@ from stickslip._result import Folder, Result, parsed
 from stickslip._words import Path, fmu_or_own, words
 
 
+PROGRAM = str(_native.__file__)
+"""The file whose content says by which program a result was found."""
+
+
 class BlindTest(Result):
     """Diagnoses of campaigns with known answers, and counts."""
 
@@ -43,7 +47,7 @@ def blind_test(
     into = Folder(output)
     line = blind_words(folder, into.path, only=only, fmu=fmu, force=force)
     with Told(progress) as tell:
-        found = _native.perform(line, tell, False, _native.__file__)
+        found = _native.perform(line, tell, False, PROGRAM)
     return BlindTest(parsed(found), found["text"], into)
 
 

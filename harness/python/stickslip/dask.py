@@ -27,15 +27,17 @@ from stickslip import _native
 from stickslip._progress import Progress, Told
 from stickslip._result import Folder
 from stickslip._words import FMU, Path
-from stickslip.blind import BlindTest, blind_words
+from stickslip.blind import PROGRAM, BlindTest, blind_words
 from stickslip.blind import blind_test as _blind_test
 from stickslip.campaign import Campaign, folder_of
 from stickslip.diagnosis import Diagnosis, diagnose_words
 from stickslip.study import Study, StudyOptions, study_words
 
 if TYPE_CHECKING:
-    from dask.distributed import Client
     from typing_extensions import Unpack
+
+Client = Any
+"""dask.distributed.Client, which has no types."""
 
 Files = dict[str, bytes]
 """Names within a folder, with contents."""
@@ -250,7 +252,7 @@ def _case(fmu: bytes, job: tuple[str, list[str], Files]) -> Files:
     name, line, files = job
     with _room({"model.fmu": fmu, **_below("blind", files)}) as room:
         one = _inside(room, line, "blind", "out", "model.fmu")
-        _native.perform([one[0], f"--only={name}", *one[1:]], None, True, _native.__file__)
+        _native.perform([one[0], f"--only={name}", *one[1:]], None, True, PROGRAM)
         return _read(room / "out" / name)
 
 
@@ -262,8 +264,9 @@ def _results(
     tell: Callable[[str, float], object] | None,
 ) -> Iterator[tuple[Any, Any]]:
     """The results of the jobs as they come, each once, with the first item of its job."""
-    from dask.distributed import as_completed
+    import dask.distributed
 
+    as_completed: Any = dask.distributed.as_completed
     if not jobs:
         return
     shared = client.scatter(fmu, broadcast=True, hash=True)

@@ -17,7 +17,7 @@ def demo() -> stickslip.Campaign:
 
 
 def motion(belt_velocity, normal_force, samples=1500, settings=None):
-    """A motion of the reference model that has settled, sampled at 4 kHz, with noise of 1 micrometre."""
+    """Times and displacements of the reference model once it has settled, at 4 kHz, with noise of 1 micrometre."""
     found = stickslip.simulate(
         belt_velocity=belt_velocity,
         normal_force=normal_force,
@@ -39,7 +39,7 @@ def motion(belt_velocity, normal_force, samples=1500, settings=None):
 @pytest.fixture(scope="session")
 def small_arrays():
     """Times, displacements, belt velocities and normal forces of three short runs of the model with viscous friction."""
-    points = [(0.05, 50.0), (0.08, 70.0), (0.1, 90.0)]
+    points = [(0.04, 36.0), (0.06, 60.0), (0.1, 80.0)]
     runs = [motion(v, f, settings={"viscous_friction.coefficient": 0.05}) for v, f in points]
     return [r[0] for r in runs], [r[1] for r in runs], [p[0] for p in points], [p[1] for p in points]
 

@@ -5,15 +5,16 @@ import math
 import numpy as np
 import plotly.graph_objects
 import pytest
-from conftest import motion
+from conftest import BEAM, motion
 
 import stickslip
 
 
 def test_val_the_model_is_like_itself_and_unlike_the_demonstration(demo):
-    time, displacement = motion(0.08, 60.0, samples=4000)
-    beam = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
-    itself = stickslip.Campaign.from_arrays(time, displacement, belt_velocity=0.08, normal_force=60.0, beam=beam)
+    time, displacement = motion(0.06, 60.0, samples=4000)
+    itself = stickslip.Campaign.from_arrays(
+        time, displacement, belt_velocity=0.06, normal_force=60.0, beam=BEAM
+    )
     same = stickslip.compare(itself)
     assert same.worst.nrmse < 3 * same.worst.noise_floor < 0.02
     other = stickslip.compare(demo)
@@ -74,32 +75,28 @@ def test_an_effect_tried_by_hand_is_found_and_its_fmu_repairs(demo):
 
 
 def test_the_observer_sees_the_friction_that_the_model_has():
-    belt, load = 0.08, 60.0
+    # The FMU's own structure is that of BEAM.
     found = stickslip.simulate(
-        belt_velocity=belt, normal_force=load, duration=2.0, step=2.5e-4, variables=["tip_displacement", "friction_force"]
+        belt_velocity=0.06,
+        normal_force=60.0,
+        duration=2.0,
+        step=1e-4,
+        variables=["tip_displacement", "friction_force"],
     )
-    time, last = found.time[-4000:], slice(-4000, None)
-    noise = np.random.default_rng(1).normal(0, 1e-7, 4000)
-    beam = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.0, 0.0], "mass_kg": 0.4}
-    variables = {v.name: v for v in _description().modelVariables}
-    for j in (1, 2):
-        beam["damping_ratios"][j - 1] = float(variables[f"mode[{j}].damping_ratio"].start)
-        beam["natural_frequencies_hz"][j - 1] = float(variables[f"mode[{j}].frequency"].start)
-    beam["mass_kg"] = float(variables["mode[1].mass"].start)
+    last = slice(-5000, None)
+    noise = np.random.default_rng(1).normal(0, 1e-7, 5000)
     campaign = stickslip.Campaign.from_arrays(
-        time, found["tip_displacement"][last] + noise, belt_velocity=belt, normal_force=load, beam=beam
+        found.time[last],
+        found["tip_displacement"][last] + noise,
+        belt_velocity=0.06,
+        normal_force=60.0,
+        beam=BEAM,
     )
     seen = stickslip.observe(campaign.runs[0])
     error = seen.force - found["friction_force"][last]
-    assert np.sqrt(np.mean(error**2)) < 0.05 * np.std(found["friction_force"])
-    assert set(np.unique(seen.mode)) <= {-1, 0, 1} and len(seen.to_pandas()) == 4000
+    assert np.sqrt(np.mean(error**2)) < 0.1 * np.std(found["friction_force"])
+    assert set(np.unique(seen.mode)) <= {-1, 0, 1} and len(seen.to_pandas()) == 5000
     assert len(seen.characteristic()) == len(seen.data["bins"]) > 3 and seen.report.exists()
-
-
-def _description():
-    import fmpy
-
-    return fmpy.read_model_description(stickslip.FMU)
 
 
 def test_val_the_dimension_of_the_henon_map():

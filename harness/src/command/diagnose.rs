@@ -215,6 +215,9 @@ pub fn diagnose(
                 Null::Simulate(count) => calibrate_threshold(problem, selection, *count, watch)?,
                 Null::Known(gains) => selection.judge_by_chance(gains.clone()),
             }
+            if watch.stop() && watch.discards() {
+                return Err(Error::Discarded);
+            }
             if selection.explained {
                 problem.trust_sensor();
             }

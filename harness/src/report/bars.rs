@@ -81,7 +81,10 @@ impl Figure for Bars {
                 let own = self.highlighted.iter().find(|h| h.0 == row);
                 own.map_or(*colour, |h| h.1).hex()
             };
-            let lengths = values.iter().map(|v| self.axis.coordinate(*v)).collect();
+            let lengths = values
+                .iter()
+                .map(|v| self.axis.coordinate(*v, &scale))
+                .collect();
             let rows: Vec<f64> = (0..values.len()).map(|r| r as f64).collect();
             let texts = values.iter().zip(&self.rows).map(|(v, row)| {
                 format!(

@@ -42,7 +42,7 @@ impl Drawn {
     pub(super) fn thinned(&self) -> Option<String> {
         (self.shown < self.given).then(|| {
             format!(
-                "Drawn from {} of {} points, every peak kept.",
+                "{} of {} points are drawn: extremes are kept, what lies on other points is left out.",
                 self.shown, self.given
             )
         })

@@ -6,6 +6,9 @@ const Figures = (() => {
   const COLOURS = {/* colours */};
   const DARK = matchMedia("(prefers-color-scheme: dark)");
   const TOUCH = matchMedia("(pointer: coarse)");
+  // Without a pointer that hovers, the buttons are always there and need room beside the figure.
+  const BUTTONS_STAY = matchMedia("(hover: none)");
+  const NARROW = 480;
   const CONFIG = {
     responsive: true,
     displaylogo: false,
@@ -26,22 +29,34 @@ const Figures = (() => {
     const { data, layout } = JSON.parse(recoloured(figure.querySelector("script").textContent));
     // A finger that drags scrolls the page; the buttons in the figure zoom.
     if (TOUCH.matches) layout.dragmode = false;
+    if (BUTTONS_STAY.matches) layout.margin.r = 36;
+    if (plot.clientWidth < NARROW) narrow(data, layout);
     // Zoom and hidden series survive a change between light and dark.
     layout.uirevision = 1;
     const isFirst = !figure.dataset.drawn;
-    figure.dataset.drawn = "yes";
+    figure.dataset.drawn = "begun";
     plot.home = { "xaxis.range": [...layout.xaxis.range], "yaxis.range": [...layout.yaxis.range] };
     return Plotly.react(plot, data, layout, CONFIG).then(() => {
       if (isFirst) plot.on("plotly_afterplot", () => openToKeys(plot));
       openToKeys(plot);
+      figure.dataset.drawn = "yes";
     });
+  }
+
+  // Names below a narrow figure are broken, not turned, and notes stand above their points, not beside them.
+  function narrow(data, layout) {
+    if (layout.meta.xaxis === "names") {
+      layout.xaxis.ticktext = layout.xaxis.ticktext.map((name) => name.replace(/[ _](?=[^ ])/g, "$&<br>"));
+      layout.xaxis.tickangle = 0;
+    }
+    for (const trace of data) if (trace.mode === "text" && trace.textposition) trace.textposition = "top center";
   }
 
   // Buttons and legend entries of Plotly take the pointer alone; this gives them to the keyboard too.
   function openToKeys(plot) {
     const targets = plot.querySelectorAll(".modebar-btn, .legendtoggle");
     for (const target of targets) {
-      if (target.tabIndex === 0) continue;
+      if (target.hasAttribute("tabindex")) continue;
       const isEntry = target.matches(".legendtoggle");
       const entry = isEntry && target.closest(".traces").querySelector(".legendtext");
       target.setAttribute("tabindex", "0");
@@ -90,7 +105,7 @@ const Figures = (() => {
     const value = (axis, v) => {
       const { tickvals, ticktext } = plot.layout[axis];
       const names = (plot.layout.meta || {})[axis] === "names";
-      return names && tickvals.includes(v) ? ticktext[tickvals.indexOf(v)] : v;
+      return names && tickvals.includes(v) ? ticktext[tickvals.indexOf(v)].replaceAll("<br>", "") : v;
     };
     const back = (axis, v) => {
       const linear = (plot.layout.meta || {})[axis];

@@ -1,9 +1,10 @@
 //! Axes, legend and surroundings of a figure, as Plotly reads them.
 
 use plotly::Layout;
-use plotly::color::Color;
 use plotly::common::{Anchor, ExponentFormat, Font, Label, Orientation, TickMode, Title};
-use plotly::layout::{Axis as PlotlyAxis, AxisType, HoverMode, Legend, Margin, ModeBar};
+use plotly::layout::{
+    Axis as PlotlyAxis, AxisType, HoverMode, ItemSizing, Legend, Margin, ModeBar,
+};
 
 use super::axis::{Axis, Kind, Scale};
 use super::colour::Colour;
@@ -37,6 +38,8 @@ pub(super) fn layout() -> Layout {
         )
         .legend(
             Legend::new()
+                .background_color("#00000000")
+                .item_sizing(ItemSizing::Constant)
                 .orientation(Orientation::Horizontal)
                 .x(0.0)
                 .y(1.0)
@@ -67,7 +70,13 @@ impl Axis {
             .grid_color(GRID)
             .exponent_format(ExponentFormat::Power);
         if self.kind == Kind::Log {
-            return axis.type_(AxisType::Log);
+            let axis = axis.type_(AxisType::Log);
+            // Over some decades their powers are enough.
+            return if high - low > 2.0 {
+                axis.dtick(1.0)
+            } else {
+                axis
+            };
         }
         if self.kind == Kind::Linear && self.names.is_empty() {
             return axis;
@@ -79,38 +88,45 @@ impl Axis {
             .tick_text(texts)
     }
 
-    /// A value as the axis takes it, to seven digits: what Plotly is given has to be read by the browser as text.
-    pub(super) fn coordinate(&self, value: f64) -> f64 {
+    /// A value as the axis takes it, to a hundred-thousandth of what the axis shows: the browser reads it as text.
+    pub(super) fn coordinate(&self, value: f64, scale: &Scale) -> f64 {
         match self.kind {
-            Kind::Linear => rounded(value),
-            Kind::Log if value > 0.0 => rounded(value),
+            Kind::Log if value > 0.0 => format!("{value:.5e}").parse().unwrap_or(value),
             Kind::Log => f64::NAN,
-            Kind::Symlog(_) => rounded(self.kind.place(value)),
+            _ => {
+                let [low, high, at] = [scale.low, scale.high, value].map(|v| self.kind.place(v));
+                let decimals = 6.0 - (high - low).abs().log10().ceil();
+                format!("{at:.*}", decimals.clamp(0.0, 300.0) as usize)
+                    .parse()
+                    .unwrap_or(at)
+            }
         }
     }
 
     /// How a pointed-out value reads: quantity, value, unit. `field` is Plotly's name of the coordinate.
     pub(super) fn hover(&self, field: &str) -> String {
-        let quantity = self.quantity();
         let value = if !self.names.is_empty() {
             format!("%{{{field}}}")
-        } else if let Kind::Symlog(_) = self.kind {
+        } else if self.is_symlog() {
             "%{customdata:.4~g}".to_owned()
         } else {
             format!("%{{{field}:.5~g}}")
         };
-        let parts = [quantity, &value, &self.unit];
+        self.worded(&value)
+    }
+
+    /// The same where all points have one `value`.
+    pub(super) fn hover_of(&self, field: &str, value: &str) -> String {
+        if self.is_symlog() {
+            self.worded(value)
+        } else {
+            self.hover(field)
+        }
+    }
+
+    fn worded(&self, value: &str) -> String {
+        let parts = [self.quantity(), value, &self.unit];
         let parts: Vec<&str> = parts.into_iter().filter(|p| !p.is_empty()).collect();
         parts.join(" ")
     }
-}
-
-/// `value` with seven digits.
-pub(super) fn rounded(value: f64) -> f64 {
-    format!("{value:.6e}").parse().unwrap_or(value)
-}
-
-/// Adds an opacity to a colour.
-pub(super) fn area(colour: Colour, opacity: f64) -> impl Color {
-    colour.translucent(opacity)
 }

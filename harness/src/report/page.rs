@@ -24,21 +24,27 @@ pub trait Figure {
     }
 }
 
-/// A self-contained page, filled from top to bottom. A page with figures folds its sections, all but the first.
+/// A self-contained page, filled from top to bottom. A page with figures folds its sections; the first is
+/// open unless a figure stands before it.
 pub struct Page {
     title: String,
     parts: Vec<Part>,
+    foot: String,
 }
 
 enum Part {
     Html(String),
     Section(String),
     Figure(Box<dyn Figure>),
-    Foot(String),
 }
 
 /// A page takes no more than this, bytes: it is to be sent by mail, and to open at once.
 const LARGEST: usize = 5_900_000;
+
+/// How figures are used; the scripts beside this file act on it.
+const KEYS: &str = "Figures: point at a line for its values; drag to zoom, double-click to go back; click a name in the \
+    legend to hide or show it. With keys: Tab to a figure, + and - zoom, arrows move, 0 goes back, Tab on to buttons and \
+    legend, Enter presses.";
 
 impl Page {
     /// A page with its title and a leading sentence.
@@ -47,6 +53,7 @@ impl Page {
         Page {
             title: title.to_owned(),
             parts: vec![Part::Html(head.into_string())],
+            foot: String::new(),
         }
     }
 
@@ -128,7 +135,7 @@ impl Page {
         let foot = html! {
             footer { dl { @for (name, value) in lines { dt { (name) } dd { (value) } } } }
         };
-        self.parts.push(Part::Foot(foot.into_string()));
+        self.foot = foot.into_string();
         self
     }
 
@@ -156,7 +163,14 @@ impl Page {
                     style { (PreEscaped(include_str!("style.css"))) }
                 }
                 body {
-                    main { (PreEscaped(self.body(columns, has_figures))) }
+                    main {
+                        (PreEscaped(self.body(columns, has_figures)))
+                        @if has_figures {
+                            noscript { p { "Figures need JavaScript; tables and text do not." } }
+                            p.keys { (KEYS) }
+                        }
+                        (PreEscaped(&self.foot))
+                    }
                     @if has_figures {
                         script { (PreEscaped(plotly_script())) }
                         script { (PreEscaped(figure_script())) }
@@ -170,14 +184,17 @@ impl Page {
     fn body(&self, columns: usize, folds: bool) -> String {
         let (mut body, mut sections, mut figures) = (String::new(), 0, 0);
         for part in &self.parts {
-            let ends_section = matches!(part, Part::Section(_) | Part::Foot(_));
-            if ends_section && folds && sections > 0 {
+            if matches!(part, Part::Section(_)) && folds && sections > 0 {
                 body.push_str("</details>");
             }
             match part {
-                Part::Html(text) | Part::Foot(text) => body.push_str(text),
+                Part::Html(text) => body.push_str(text),
                 Part::Section(title) if folds => {
-                    let open = if sections == 0 { " open" } else { "" };
+                    let open = if figures == 0 && sections == 0 {
+                        " open"
+                    } else {
+                        ""
+                    };
                     let head = html! { summary { h2 { (title) } } }.into_string();
                     let id = anchor(title);
                     body.push_str(&format!("<details id=\"{id}\"{open}>{head}"));
@@ -191,9 +208,6 @@ impl Page {
                     figures += 1;
                     body.push_str(&markup(figure.as_ref(), figures, columns).into_string());
                 }
-            }
-            if matches!(part, Part::Foot(_)) {
-                sections = 0;
             }
         }
         if folds && sections > 0 {
@@ -236,5 +250,65 @@ fn markup(figure: &dyn Figure, number: usize, columns: usize) -> Markup {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{Axis, Plot};
+
+    fn plot(points: usize) -> Plot {
+        let x: Vec<f64> = (0..points).map(|i| 1e-4 * i as f64).collect();
+        let y: Vec<f64> = x.iter().map(|x| (300.0 * x).sin()).collect();
+        Plot::new(Axis::linear("time", "s"), Axis::linear("way", "mm"))
+            .line("</script>", Colour::Blue, &x, &y)
+            .caption("A wave.")
+    }
+
+    #[test]
+    fn a_page_of_long_records_stays_small() {
+        let record = plot(100_000);
+        let page = (0..60).fold(Page::new("a", "b"), |page, _| page.figure(&record));
+        let html = page.html();
+        assert!(html.len() <= LARGEST, "{}", html.len());
+        assert_eq!(html.matches("<figure ").count(), 60);
+        assert!(html.contains("of 100000 points are drawn: extremes are kept"));
+    }
+
+    #[test]
+    fn sections_fold_where_there_are_figures() {
+        let page = |first: bool| {
+            let page = Page::new("a", "b");
+            let page = if first { page.figure(&plot(9)) } else { page };
+            let page = page.section("One").figure(&plot(9)).section("Two");
+            page.paragraph("End.")
+                .foot(&[("version", "1".into())])
+                .html()
+        };
+        let (behind, at_once) = (page(true), page(false));
+        assert_eq!(behind.matches("<details id=").count(), 2);
+        assert_eq!(behind.matches("</details>").count(), 2);
+        assert!(!behind.contains("\" open>") && at_once.contains("<details id=\"one\" open>"));
+        assert!(behind.find("</details>").unwrap() < behind.find("<footer>").unwrap());
+        assert_eq!(behind.matches(plotly_script()).count(), 1, "one copy");
+    }
+
+    #[test]
+    fn a_page_without_figures_has_neither_folds_nor_scripts() {
+        let html = Page::new("a", "b").section("One").paragraph("c").html();
+        assert!(!html.contains("<script") && !html.contains("<details"));
+        assert!(html.contains("<h2 id=\"one\">One</h2>"));
+    }
+
+    #[test]
+    fn no_name_ends_the_script_that_holds_it() {
+        let html = Page::new("a", "b").figure(&plot(9)).html();
+        let (_, rest) = html
+            .split_once("<script type=\"application/json\">")
+            .unwrap();
+        let json = rest.split("</script>").next().unwrap();
+        let figure: serde_json::Value = serde_json::from_str(json).unwrap();
+        assert_eq!(figure["data"][0]["name"], "</script>");
     }
 }

@@ -78,6 +78,19 @@ impl Plot {
         )
     }
 
+    /// A wide line, for another on top of it.
+    pub fn wide_line(self, name: &str, colour: Colour, x: &[f64], y: &[f64]) -> Plot {
+        self.layer(
+            name,
+            colour,
+            Shape::Line {
+                points: pairs(x, y),
+                dashed: false,
+                width: 3.2,
+            },
+        )
+    }
+
     /// A dashed line.
     pub fn dashed_line(self, name: &str, colour: Colour, x: &[f64], y: &[f64]) -> Plot {
         self.layer(
@@ -211,5 +224,110 @@ impl Figure for Plot {
 
     fn boxed(&self) -> Box<dyn Figure> {
         Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data(plot: &Plot) -> Vec<serde_json::Value> {
+        plot.figure_json()["data"].as_array().unwrap().clone()
+    }
+
+    fn numbers(value: &serde_json::Value) -> Vec<f64> {
+        let list = value.as_array().unwrap();
+        list.iter()
+            .map(|v| v.as_f64().unwrap_or(f64::NAN))
+            .collect()
+    }
+
+    fn plot(y: Axis) -> Plot {
+        Plot::new(Axis::linear("time", "s"), y)
+    }
+
+    #[test]
+    fn a_long_record_keeps_its_shortest_peak() {
+        let x: Vec<f64> = (0..300_000).map(|i| 1e-4 * f64::from(i)).collect();
+        let mut y: Vec<f64> = x.iter().map(|x| (50.0 * x).sin()).collect();
+        (y[123_456], y[234_567]) = (7.5, -3.25);
+        let drawn = &data(&plot(Axis::linear("way", "mm")).line("a", Colour::Blue, &x, &y))[0];
+        let (x, y) = (numbers(&drawn["x"]), numbers(&drawn["y"]));
+        assert!(x.len() <= 4000, "{}", x.len());
+        let at = y.iter().position(|y| *y == 7.5).unwrap();
+        assert!((x[at] - 12.3456).abs() < 1e-4, "{}", x[at]);
+        assert!(y.contains(&-3.25));
+        assert!(x.is_sorted());
+    }
+
+    #[test]
+    fn values_keep_a_hundred_thousandth_of_the_axis() {
+        let x: Vec<f64> = (0..1000).map(|i| 1e3 + 1e-3 * f64::from(i)).collect();
+        let y: Vec<f64> = x.iter().map(|x| 1e-6 * (70.0 * x).sin()).collect();
+        let drawn = &data(&plot(Axis::linear("way", "m")).scatter("", Colour::Blue, &x, &y))[0];
+        for (given, shown, size) in [(&x, &drawn["x"], 1.0), (&y, &drawn["y"], 2e-6)] {
+            for (a, b) in given.iter().zip(numbers(shown)) {
+                assert!((a - b).abs() <= 1e-5 * size, "{a} {b}");
+            }
+        }
+        assert_eq!(drawn["showlegend"], false);
+    }
+
+    #[test]
+    fn a_value_reads_with_quantity_and_unit() {
+        let drawn = &data(&plot(Axis::log("force", "N")).line("a", Colour::Red, &[1.0], &[2.0]))[0];
+        assert_eq!(
+            drawn["hovertemplate"],
+            "time %{x:.5~g} s<br>force %{y:.5~g} N"
+        );
+        let level = &data(&plot(Axis::symlog("gain", "1", 10.0)).level("b", Colour::Red, -40.0))[0];
+        assert_eq!(level["hovertemplate"], "gain -40");
+    }
+
+    // Source: asinh(40 / 10), by hand ln(4 + sqrt(17)).
+    #[test]
+    fn val_logarithmic_on_both_sides_of_zero() {
+        let plot = plot(Axis::symlog("gain", "1", 10.0));
+        let plot = plot.scatter("a", Colour::Red, &[1.0, 2.0], &[40.0, -40.0]);
+        let (figure, place) = (plot.figure_json(), (4.0 + 17f64.sqrt()).ln());
+        let drawn = &figure["data"][0];
+        for (found, sign) in numbers(&drawn["y"]).iter().zip([1.0, -1.0]) {
+            assert!((found - sign * place).abs() < 1e-5, "{found}");
+        }
+        assert_eq!(numbers(&drawn["customdata"]), [40.0, -40.0]);
+        assert_eq!(figure["layout"]["meta"]["yaxis"], 10.0);
+    }
+
+    #[test]
+    fn what_is_missing_interrupts_a_line_and_an_axis_of_logarithms_leaves_out_zero() {
+        let (x, y) = ([0.0, 1.0, 2.0, 3.0], [1.0, f64::NAN, 2.0, 0.0]);
+        let line = plot(Axis::linear("way", "mm")).line("a", Colour::Blue, &x, &y);
+        assert!(numbers(&data(&line)[0]["y"])[1].is_nan());
+        let line = plot(Axis::log("way", "mm")).scatter("a", Colour::Blue, &x, &y);
+        let shown = numbers(&data(&line)[0]["y"]);
+        assert_eq!(
+            shown.iter().filter(|v| v.is_finite()).count(),
+            2,
+            "{shown:?}"
+        );
+    }
+
+    #[test]
+    fn a_band_is_shown_and_hidden_as_one() {
+        let plot = plot(Axis::linear("way", "mm"));
+        let band = plot.band("a", Colour::Blue, &[0.0, 1.0], &[1.0, 2.0], &[3.0, 5.0]);
+        let [low, high] = &data(&band)[..] else {
+            panic!("two edges")
+        };
+        assert_eq!(low["legendgroup"], high["legendgroup"]);
+        assert_eq!(
+            (numbers(&low["y"]), numbers(&high["y"])),
+            (vec![1.0, 2.0], vec![3.0, 5.0])
+        );
+        assert_eq!(high["fill"], "tonexty");
+        assert_eq!(
+            (&low["showlegend"], &high["showlegend"]),
+            (&false.into(), &true.into())
+        );
     }
 }

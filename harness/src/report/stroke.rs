@@ -2,15 +2,17 @@
 
 use std::fmt::Write as _;
 
-use super::thinning::{DENSE, Point, is_finite, kept};
+use super::thinning::{Point, is_finite, kept};
 
+/// Lines of fewer points are drawn point by point; pictures are about as many px wide.
+const DENSE: usize = 1500;
 /// Points this near to the one drawn before are left out, px.
 const NEAR: f64 = 0.4;
 
 /// Path data of a line through points in px; a point that is not finite interrupts it.
 pub(super) fn line(points: impl Iterator<Item = Point>) -> String {
     let points: Vec<Point> = points.collect();
-    let (mut pen, kept) = (Pen::default(), kept(&points));
+    let (mut pen, kept) = (Pen::default(), kept(&points, DENSE));
     for run in &kept.runs {
         let joined = run.iter().map(|i| points[*i]);
         if kept.by_column {
@@ -26,10 +28,10 @@ pub(super) fn line(points: impl Iterator<Item = Point>) -> String {
 pub(super) fn area(low: &[Point], high: &[Point]) -> String {
     let side = |points: &[Point]| -> Vec<Point> {
         let finite: Vec<Point> = points.iter().copied().filter(is_finite).collect();
-        if finite.len() < DENSE {
+        if finite.len() <= DENSE {
             return finite;
         }
-        let runs = kept(&finite).runs;
+        let runs = kept(&finite, DENSE).runs;
         runs.iter().flatten().map(|i| whole(finite[*i])).collect()
     };
     let mut pen = Pen::default();

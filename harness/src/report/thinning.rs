@@ -8,9 +8,6 @@ use std::collections::HashSet;
 /// A point in cells of the picture.
 pub(super) type Point = (f64, f64);
 
-/// Curves of fewer points are kept point by point.
-pub(super) const DENSE: usize = 1500;
-
 /// What is left of a line.
 pub(super) struct Kept {
     /// Indices of points to be joined; between two runs the line is interrupted.
@@ -19,21 +16,22 @@ pub(super) struct Kept {
     pub by_column: bool,
 }
 
-/// The points of a line that show all of it; a point that is not finite interrupts it.
-pub(super) fn kept(points: &[Point]) -> Kept {
+/// Points that show all of a line in a picture of so many columns; a point that is not finite interrupts it. Lines of fewer
+/// points than columns are kept point by point.
+pub(super) fn kept(points: &[Point], columns: usize) -> Kept {
     let pieces = pieces(points);
     let over_x = || {
         let runs_right = |piece: &[usize]| piece.is_sorted_by(|a, b| points[*a].0 <= points[*b].0);
         pieces.iter().all(|piece| runs_right(piece))
     };
-    if points.len() < DENSE {
+    if points.len() <= columns {
         return Kept {
             runs: pieces,
             by_column: false,
         };
     }
     if over_x() {
-        let runs = pieces.iter().map(|piece| columns(points, piece));
+        let runs = pieces.iter().map(|piece| extremes(points, piece));
         return Kept {
             runs: runs.collect(),
             by_column: true,
@@ -49,14 +47,14 @@ pub(super) fn kept(points: &[Point]) -> Kept {
     }
 }
 
-/// One point of each cell, for clouds.
-pub(super) fn one_per_cell(points: &[Point]) -> Vec<usize> {
+/// One point of each cell, for clouds of more points than the picture has columns.
+pub(super) fn one_per_cell(points: &[Point], columns: usize) -> Vec<usize> {
     let mut inked = HashSet::new();
     let finite = (0..points.len()).filter(|i| is_finite(&points[*i]));
     finite
         .filter(|i| {
             let (x, y) = points[*i];
-            points.len() < DENSE || inked.insert((x.floor() as i64, y.floor() as i64))
+            points.len() <= columns || inked.insert((x.floor() as i64, y.floor() as i64))
         })
         .collect()
 }
@@ -75,7 +73,7 @@ fn pieces(points: &[Point]) -> Vec<Vec<usize>> {
 }
 
 /// Of each column the lowest and highest point, in the order in which they come.
-fn columns(points: &[Point], piece: &[usize]) -> Vec<usize> {
+fn extremes(points: &[Point], piece: &[usize]) -> Vec<usize> {
     let mut found = Vec::new();
     for column in piece.chunk_by(|a, b| points[*a].0.floor() == points[*b].0.floor()) {
         let (mut low, mut high) = (column[0], column[0]);

@@ -19,16 +19,22 @@ pub fn section(page: Page, material: &Material) -> Page {
     let mut page = page
         .section("Forecast: runs that the fit has not seen")
         .paragraph(
-            "All that the runs share comes from the runs fitted. The first part of each run here, up to the upright line, determines its friction level, \
+            "All that the runs share comes from the runs fitted. The first part of each run, up to the first upright line, determines its friction level, \
              offset, phases and state; everything after is predicted without another look. A forecast is valid until its error exceeds 0.4 of the \
              standard deviation of the displacement. The band holds 8 of 10 motions that the data allow as well: constants drawn from what the fit leaves \
              open, and the first part measured again with the sensor's noise. The limit of a forecast is how long the model predicts its own motion from a beginning with the same noise.",
         )
         .table(&table(forecasts));
-    for forecast in forecasts {
-        page = page.figure(&picture(material, forecast));
+    for forecast in &forecasts[1..] {
+        page = page.figure(&picture(material, forecast).size(1240.0, 260.0));
     }
     page
+}
+
+/// The forecast of the first run kept out; the section shows the others.
+pub fn first(material: &Material) -> Option<Plot> {
+    let forecasts = &material.diagnosis.forecast;
+    forecasts.first().map(|first| picture(material, first))
 }
 
 fn table(forecasts: &[Forecast]) -> Table {
@@ -81,13 +87,6 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
     let plot = Plot::new(
         Axis::linear("time since the run began", "s"),
         Axis::linear("tip displacement", "mm"),
-    )
-    .size(1240.0, 260.0)
-    .thin_line(
-        "measured",
-        Colour::Ink,
-        &time[..shown],
-        &scaled(&run.displacement[..shown], MILLI),
     );
     // Without the effect, where one was found.
     let ladder = &material.diagnosis.error_ladder;
@@ -100,7 +99,7 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
             let (when, predicted) = &before.curve;
             let ahead = when.partition_point(|t| *t <= end);
             plot.thin_line(
-                "forecast of the calibrated model",
+                "calibrated model",
                 Colour::Sky,
                 &when[..ahead],
                 &scaled(&predicted[..ahead], MILLI),
@@ -112,7 +111,7 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
         Some(band) => {
             let shown = band.time.partition_point(|t| *t <= end);
             plot.band(
-                "8 of 10 motions that the data allow",
+                "8 of 10 allowed motions",
                 Colour::Orange,
                 &band.time[..shown],
                 &scaled(&band.low[..shown], MILLI),
@@ -122,19 +121,22 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
         None => plot,
     };
     let plot = plot
-        .thin_line(
+        // The measured line on top is thinner: where both agree, both are seen.
+        .wide_line(
             "forecast",
             Colour::Orange,
             &when[..ahead],
             &scaled(&predicted[..ahead], MILLI),
         )
-        .upright(
-            "end of what was learned from",
-            Colour::Green,
-            forecast.learned_s,
+        .thin_line(
+            "measured",
+            Colour::Ink,
+            &time[..shown],
+            &scaled(&run.displacement[..shown], MILLI),
         )
+        .upright("learning stopped", Colour::Green, forecast.learned_s)
         .upright(
-            "end of the valid forecast",
+            "valid until here",
             Colour::Grey,
             forecast.learned_s + forecast.valid_time_s,
         );

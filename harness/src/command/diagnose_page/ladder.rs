@@ -7,14 +7,13 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Verdict;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
-/// The section.
+/// The section: the errors run by run, and how they grow while predictions run on.
 pub fn section(page: Page, material: &Material) -> Page {
-    page.section(super::SECTIONS[0]).figure(&ladder(material))
-}
-
-/// The errors run by run, and how they grow while predictions run on.
-pub fn run_by_run(page: Page, material: &Material) -> Page {
-    page.subsection("Run by run, and over the time of a prediction")
+    page.section(super::SECTIONS[0])
+        .paragraph(
+            "The error of each run, rung by rung, and over the time of a prediction. It is the root mean square of measured \
+             less predicted displacement over the standard deviation of the displacement.",
+        )
         .table(&table(material))
         .figures(&[&by_run(material), &super::growth::by_horizon(material)])
 }
@@ -29,7 +28,8 @@ pub fn floor(problem: &Problem) -> f64 {
     (shares.iter().sum::<f64>() / shares.len() as f64).sqrt()
 }
 
-fn ladder(material: &Material) -> Plot {
+/// The error of prediction, rung by rung.
+pub fn ladder(material: &Material) -> Plot {
     let rungs = &material.diagnosis.error_ladder;
     let believed =
         material.diagnosis.verdict != Verdict::UnknownEffect || material.selection.beyond.is_some();
@@ -52,7 +52,6 @@ fn ladder(material: &Material) -> Plot {
         Axis::places("model", &names),
         Axis::log("error (NRMSE)", "%"),
     )
-    .size(1240.0, 340.0)
     .level(
         "sensor noise alone",
         Colour::Grey,
@@ -96,8 +95,8 @@ fn ladder(material: &Material) -> Plot {
         .scatter("", Colour::Blue, &place, &holdout)
         .notes(Colour::Blue, &place, &holdout, &texts)
         .caption(
-            "The error of prediction, rung by rung: as given, with the nuisances calibrated, and with each effect added; it falls to the noise when nothing is missing any more. \
-             The error is the root mean square of measured less predicted displacement over the standard deviation of the displacement.",
+            "The error of prediction, rung by rung: as given, with the nuisances calibrated, and with each effect added; \
+             it falls to the noise when nothing is missing any more.",
         )
 }
 

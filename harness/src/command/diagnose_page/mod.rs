@@ -73,11 +73,11 @@ pub fn html(
     let title = format!("Diagnosis of {}", problem.campaign.name);
     let page = Page::new(&title, &lead(problem));
     let page = verdict::banner(page, &material);
+    let page = first_screen(page, &material);
     let page = verdict::words(page, &material);
-    let page = forecast::section(page, &material);
     let page = ladder::section(page, &material);
     let page = where_it_fails::section(page, &material);
-    let page = ladder::run_by_run(page, &material);
+    let page = forecast::section(page, &material);
     let page = unknown::section(page, &material);
     let page = overlay::section(page, &material);
     let page = evidence::section(page, &material);
@@ -89,6 +89,15 @@ pub fn html(
         .paragraph("This command makes this page anew, with the same numbers:")
         .code(command);
     Ok(page.foot(&provenance.lines()).html())
+}
+
+/// What one sees beside the verdict: the error falling, and the first forecast.
+fn first_screen(page: Page, material: &Material) -> Page {
+    let ladder = ladder::ladder(material);
+    match forecast::first(material) {
+        Some(forecast) => page.figures(&[&ladder, &forecast]),
+        None => page.figure(&ladder),
+    }
 }
 
 fn lead(problem: &Problem) -> String {

@@ -72,8 +72,14 @@ fn fall(material: &Material) -> String {
         return String::new();
     };
     let before = if ladder.len() > 2 { &ladder[1] } else { first };
+    let probability = material
+        .diagnosis
+        .verdict_probability
+        .map_or(String::new(), |p| {
+            format!("Probability {} among all that was compared. ", likely(p))
+        });
     format!(
-        "Error on what was kept out of the fit: {} ({}) → {} ({}); sensor noise alone makes {}. Half of these predictions end within {} times the noise.",
+        "{probability}Error on what was kept out of the fit: {} ({}) → {} ({}); sensor noise alone makes {}. Half of these predictions end within {} times the noise.",
         percent(before.holdout_nrmse),
         before.step,
         percent(last.holdout_nrmse),
@@ -86,13 +92,6 @@ fn fall(material: &Material) -> String {
 /// What was found and how sure it is.
 pub fn words(page: Page, material: &Material) -> Page {
     let diagnosis = material.diagnosis;
-    let page = match diagnosis.verdict_probability {
-        Some(probability) => page.paragraph(&format!(
-            "Probability of this verdict among all that was compared: {}.",
-            likely(probability)
-        )),
-        None => page,
-    };
     let page = match diagnosis.verdict {
         Verdict::EffectFound if material.selection.by_break_aways => {
             page.paragraph(&diagnosis.summary)

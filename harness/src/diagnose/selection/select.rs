@@ -139,6 +139,9 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         ..
     } = explore(problem, &screen, watch)?;
     let stopped = watch.stop();
+    if stopped && watch.discards() {
+        return Err(Error::Discarded);
+    }
     watch.stage(stages::ALL_DATA);
     let mut all: Vec<&mut FittedModel> = std::iter::once(&mut calibrated)
         .chain(&mut singles)
