@@ -4,6 +4,7 @@ import os
 import subprocess
 from pathlib import Path
 
+from maturin import build_editable as _build_editable
 from maturin import (  # the other hooks are maturin's own
     build_sdist,
     get_requires_for_build_editable,
@@ -11,7 +12,6 @@ from maturin import (  # the other hooks are maturin's own
     get_requires_for_build_wheel,
     prepare_metadata_for_build_wheel,
 )
-from maturin import build_editable as _build_editable
 from maturin import build_wheel as _build_wheel
 
 __all__ = [

@@ -1,4 +1,5 @@
-"""Stick-slip of a friction-driven beam: its FMU against measurements, and the physical effect that the model lacks.
+"""Stick-slip of a friction-driven beam: its FMU against measurements, and the physical effect that
+the model lacks.
 
     import stickslip
 
@@ -6,8 +7,8 @@
     diagnosis = stickslip.diagnose(campaign, progress=True)
     print(diagnosis)
 
-The functions are the commands of `stickslip`; results are objects with `to_pandas()`, `plot()` and a display in notebooks.
-`stickslip.dask` runs them on a cluster.
+The functions are the commands of `stickslip`; results are objects with `to_pandas()`, `plot()` and
+a display in notebooks. `stickslip.dask` runs them on a cluster.
 """
 
 from stickslip._words import FMU

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import TextIO
 
 Progress = bool | Callable[[str, float], object] | None
-"""`True` for a line on standard error, or a function of what is done and the share (0 to 1) of the whole."""
+"""`True` for a line on standard error, or a function of what is done and the share (0 to 1) of the
+whole."""
 
 
 class Line:

@@ -22,12 +22,15 @@ class Folder:
     """The folder of a result: the one given, or a temporary one that goes with the result."""
 
     def __init__(self, given: Path | None) -> None:
-        self.temporary = None if given is not None else tempfile.TemporaryDirectory(prefix="stickslip-")
+        self.temporary = (
+            None if given is not None else tempfile.TemporaryDirectory(prefix="stickslip-")
+        )
         self.path = FilePath(self.temporary.name if self.temporary else given or ".")
 
 
 class Result:
-    """A result: `data` is the JSON of the command, `str()` what it prints, `folder` holds its files."""
+    """A result: `data` is the JSON of the command, `str()` what it prints, `folder` holds its
+    files."""
 
     PAGE = "report.html"
     """Name of the report in the folder."""
@@ -39,7 +42,8 @@ class Result:
 
     @property
     def folder(self) -> FilePath:
-        """Where the files of the result are. A temporary folder goes with the result; `save` keeps them."""
+        """Where the files of the result are. A temporary folder goes with the result; `save` keeps
+        them."""
         return self._folder.path
 
     @property
@@ -53,11 +57,13 @@ class Result:
 
     @property
     def figures(self) -> list[_page.PageFigure]:
-        """The report's figures, from top to bottom: caption, section, and data and layout as Plotly reads them."""
+        """The report's figures, from top to bottom: caption, section, and data and layout as Plotly
+        reads them."""
         return _page.figures(self.report)
 
     def plot(self, which: int | str = 0) -> plotly.graph_objects.Figure:
-        """A figure of the report: its number from top to bottom, counted from 0, or a part of its caption or section."""
+        """A figure of the report: its number from top to bottom, counted from 0, or a part of its
+        caption or section."""
         import plotly.graph_objects
 
         found = self.figures
@@ -65,12 +71,16 @@ class Result:
             fits = [f for f in found if which.lower() in f"{f.section} {f.caption}".lower()]
             if not fits:
                 known = "; ".join(f.caption for f in found)
-                raise LookupError(f"no figure of the report has '{which}' in its caption; there are: {known}")
+                raise LookupError(
+                    f"no figure of the report has '{which}' in its caption; there are: {known}"
+                )
             chosen = fits[0]
         else:
             chosen = found[which]
         figure = plotly.graph_objects.Figure(chosen.data)
-        return figure.update_layout(title={"text": _broken(chosen.caption), "font": {"size": 13}}, margin={"t": 70})
+        return figure.update_layout(
+            title={"text": _broken(chosen.caption), "font": {"size": 13}}, margin={"t": 70}
+        )
 
     def to_pandas(self) -> pandas.DataFrame:
         """The main table as a DataFrame."""
@@ -103,7 +113,9 @@ def table_html(header: Sequence[str], rows: Sequence[Sequence[Any]], most: int =
     """A table for notebooks; of a long one the first rows."""
     head = "".join(f"<th>{html.escape(name)}</th>" for name in header)
     shown = rows[:most]
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell(v))}</td>" for v in row) + "</tr>" for row in shown)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell(v))}</td>" for v in row) + "</tr>" for row in shown
+    )
     left = len(rows) - len(shown)
     more = f"<p>... and {left} rows more, <code>to_pandas()</code> has all.</p>" if left else ""
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"

@@ -1,4 +1,5 @@
-"""Arguments of functions as the command line that the library reads, so that both have the same rules and defaults."""
+"""Arguments of functions as the command line that the library reads, so that both have the same
+rules and defaults."""
 
 from __future__ import annotations
 
@@ -25,8 +26,9 @@ def text(value: Any) -> str:
 
 
 def words(command: str, positional: Iterable[Any] = (), **options: Any) -> list[str]:
-    """The command line: `a_b=1` is `--a-b=1`, lists are separated by commas, `None` is left out, `True` is the bare option;
-    mappings give the option once for each entry, as NAME=VALUE, and tuples once for each item."""
+    """The command line: `a_b=1` is `--a-b=1`, lists are separated by commas, `None` is left out,
+    `True` is the bare option; mappings give the option once for each entry, as NAME=VALUE, and
+    tuples once for each item."""
     line = [command]
     for name, value in options.items():
         option = "--" + name.rstrip("_").replace("_", "-")

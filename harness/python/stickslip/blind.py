@@ -10,7 +10,6 @@ from stickslip._progress import Progress, Told
 from stickslip._result import Folder, Result, parsed
 from stickslip._words import Path, fmu_or_own, words
 
-
 PROGRAM = str(_native.__file__)
 """The file whose content says by which program a result was found."""
 
@@ -25,7 +24,16 @@ class BlindTest(Result):
         return found
 
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
-        keys = ["campaign", "kind", "hidden", "named", "verdict", "probability", "outcome", "seconds"]
+        keys = [
+            "campaign",
+            "kind",
+            "hidden",
+            "named",
+            "verdict",
+            "probability",
+            "outcome",
+            "seconds",
+        ]
         return keys, [[_words(case[key]) for key in keys] for case in self.campaigns]
 
     def _lead(self) -> str:
@@ -42,8 +50,8 @@ def blind_test(
     force: bool = False,
     progress: Progress = None,
 ) -> BlindTest:
-    """Diagnoses every campaign of a folder with truth.json, or `only` those named, one on each processor, and counts. What is
-    finished in `output` is not done again."""
+    """Diagnoses every campaign of a folder with truth.json, or `only` those named, one on each
+    processor, and counts. What is finished in `output` is not done again."""
     into = Folder(output)
     line = blind_words(folder, into.path, only=only, fmu=fmu, force=force)
     with Told(progress) as tell:

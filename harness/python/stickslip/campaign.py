@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 Beam = Path | Mapping[str, Any] | None
 """What is known of the structure: a TOML file with `[beam]`, or the keys of that table, as
-`{"natural_frequencies_hz": [80, 510], "mass_kg": 0.4}`; with the keys `beam`, `uncertainty` and `rig` all three tables."""
+`{"natural_frequencies_hz": [80, 510], "mass_kg": 0.4}`; with the keys `beam`, `uncertainty` and
+`rig` all three tables."""
 
 Source = float | str
 """A value in the SI unit, the name of a channel of the file, or `mean:CHANNEL`."""
@@ -56,8 +57,9 @@ class Run:
 
 
 class Campaign:
-    """A folder with campaign.toml and a CSV for each run. `Campaign(FOLDER)` reads one; the functions `from_...` write one,
-    into `folder` [default: a temporary one that goes with the object]."""
+    """A folder with campaign.toml and a CSV for each run. `Campaign(FOLDER)` reads one; the
+    functions `from_...` write one, into `folder` [default: a temporary one that goes with the
+    object]."""
 
     def __init__(self, folder: Path) -> None:
         self._keep: Folder | None = None
@@ -70,7 +72,8 @@ class Campaign:
         self.beam: dict[str, list[float]] = found["beam"]
         """What is known of the structure; empty lists where nothing is."""
         self.runs = [
-            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder) for run in found["runs"]
+            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder)
+            for run in found["runs"]
         ]
 
     @classmethod
@@ -87,8 +90,9 @@ class Campaign:
         beam: Beam = None,
         folder: Path | None = None,
     ) -> Campaign:
-        """Of samples in memory: `time` in s, `displacement` in m, belt velocity in m/s, forces in N, each a value or one for
-        each sample. One run of plain arrays; several of lists with an entry for each run."""
+        """Of samples in memory: `time` in s, `displacement` in m, belt velocity in m/s, forces in
+        N, each a value or one for each sample. One run of plain arrays; several of lists with an
+        entry for each run."""
         several = _is_several(time)
         times: list[Any] = list(time) if several else [time]  # type: ignore[arg-type]
         count = len(times)
@@ -99,7 +103,9 @@ class Campaign:
         called = list(names) if names is not None else [f"run{k:02}" for k in range(1, count + 1)]
         for what, entries in (("displacement", moved), ("names", called)):
             if len(entries) != count:
-                raise ValueError(f"{what} has {len(entries)} entries for {count} runs; give one for each")
+                raise ValueError(
+                    f"{what} has {len(entries)} entries for {count} runs; give one for each"
+                )
         runs = [
             (str(n), _array(t), _array(w), _input(v), _input(f), None if e is None else _input(e))
             for n, t, w, v, f, e in zip(called, times, moved, belts, loads, forces)
@@ -125,8 +131,9 @@ class Campaign:
         beam: Beam = None,
         folder: Path | None = None,
     ) -> Campaign:
-        """Of a pandas DataFrame in SI units: names of columns, or values in place of those of the inputs. `time` is a column
-        [default: the index]. Several runs: a mapping of names to frames, or one frame with a column `run` that names them."""
+        """Of a pandas DataFrame in SI units: names of columns, or values in place of those of the
+        inputs. `time` is a column [default: the index]. Several runs: a mapping of names to frames,
+        or one frame with a column `run` that names them."""
         if isinstance(frame, Mapping):
             parts = {str(key): part for key, part in frame.items()}
         elif run is not None:
@@ -139,9 +146,17 @@ class Campaign:
                 return part[source].to_numpy(dtype=float)
             return source
 
-        lists: dict[str, list[Any]] = {"time": [], "displacement": [], "belt": [], "load": [], "force": []}
+        lists: dict[str, list[Any]] = {
+            "time": [],
+            "displacement": [],
+            "belt": [],
+            "load": [],
+            "force": [],
+        }
         for part in parts.values():
-            lists["time"].append(part.index.to_numpy(dtype=float) if time is None else of(part, time))
+            lists["time"].append(
+                part.index.to_numpy(dtype=float) if time is None else of(part, time)
+            )
             lists["displacement"].append(of(part, displacement))
             lists["belt"].append(of(part, belt_velocity))
             lists["load"].append(of(part, normal_force))
@@ -178,13 +193,14 @@ class Campaign:
         beam: Beam = None,
         folder: Path | None = None,
     ) -> Campaign:
-        """Of loggers' files, one run each: CSV, MATLAB, HDF5, UFF 58, WAV, Parquet, TDMS, told by their content;
-        `from_csv` and `from_mat` are other names of this function.
+        """Of loggers' files, one run each: CSV, MATLAB, HDF5, UFF 58, WAV, Parquet, TDMS, told by
+        their content; `from_csv` and `from_mat` are other names of this function.
 
-        Belt velocity (m/s), normal force and external force (N) are a value, a channel or `mean:CHANNEL`, one for all files or
-        a list with one for each. `time` and `displacement` are channels [default: found by name and unit], `rate` samples per
-        second for files without times; `unit` and `scale` are those of the displacement, or by channel. `start` and `end` (s)
-        cut. As the command `import`."""
+        Belt velocity (m/s), normal force and external force (N) are a value, a channel or
+        `mean:CHANNEL`, one for all files or a list with one for each. `time` and `displacement` are
+        channels [default: found by name and unit], `rate` samples per second for files without
+        times; `unit` and `scale` are those of the displacement, or by channel. `start` and `end`
+        (s) cut. As the command `import`."""
         given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
         with tempfile.TemporaryDirectory(prefix="stickslip-") as scratch:
             known: Path | None = None
@@ -224,7 +240,11 @@ class Campaign:
     def _made(cls, write: Any, folder: Path | None, name: str | None) -> Campaign:
         keep = Folder(folder)
         # A campaign without a name has its folder's.
-        into = keep.path if folder is not None else keep.path / (name or "campaign").replace(os.sep, "_")
+        into = (
+            keep.path
+            if folder is not None
+            else keep.path / (name or "campaign").replace(os.sep, "_")
+        )
         write(into)
         made = cls.__new__(cls)
         made._keep = keep
@@ -260,10 +280,19 @@ class Campaign:
                 figure.add_scatter(x=run.time, y=run.displacement, name=run.name, mode="lines")
         figure.update_xaxes(title_text="time [s]")
         figure.update_yaxes(title_text="tip displacement [m]")
-        return figure.update_layout(title_text=f"Campaign '{self.name}' as measured", showlegend=True)
+        return figure.update_layout(
+            title_text=f"Campaign '{self.name}' as measured", showlegend=True
+        )
 
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
-        header = ["run", "belt_velocity_m_per_s", "normal_force_n", "samples", "duration_s", "noise_m"]
+        header = [
+            "run",
+            "belt_velocity_m_per_s",
+            "normal_force_n",
+            "samples",
+            "duration_s",
+            "noise_m",
+        ]
         rows: list[Sequence[Any]] = [
             (
                 r.name,

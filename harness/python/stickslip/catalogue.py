@@ -49,9 +49,13 @@ class Effect:
 
     def _repr_html_(self) -> str:
         e = html.escape
-        rows = [(p.variable, p.unit, p.off, p.typical, p.min, p.max, p.description) for p in self.parameters]
+        rows = [
+            (p.variable, p.unit, p.off, p.typical, p.min, p.max, p.description)
+            for p in self.parameters
+        ]
         header = ("variable", "unit", "off", "typical", "lowest", "highest", "")
-        text = f"<p><b>{e(self.id)}</b>: {e(self.title)}</p><pre>{e(self.equation)}</pre><p>{e(self.description)}</p>"
+        text = f"<p><b>{e(self.id)}</b>: {e(self.title)}</p><pre>{e(self.equation)}</pre>"
+        text += f"<p>{e(self.description)}</p>"
         return text + table_html(header, rows)
 
 
@@ -92,10 +96,13 @@ class Effects(Sequence[Effect]):
 
 
 def effects(*, fmu: Path | None = None, library: bool = False) -> Effects:
-    """The effects that an FMU [default: the package's own] offers; `library`: those that a diagnosis tries where none of the
-    catalogue explains the data."""
+    """The effects that an FMU [default: the package's own] offers; `library`: those that a
+    diagnosis tries where none of the catalogue explains the data."""
     found = _native.perform(words("effects", fmu=fmu_or_own(fmu), library=library))
     entries: Any = parsed(found)
     return Effects(
-        [Effect(**{**entry, "parameters": [Parameter(**p) for p in entry["parameters"]]}) for entry in entries]
+        [
+            Effect(**{**entry, "parameters": [Parameter(**p) for p in entry["parameters"]]})
+            for entry in entries
+        ]
     )

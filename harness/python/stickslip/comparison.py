@@ -18,7 +18,8 @@ from stickslip.campaign import Campaign, folder_of
 
 @dataclass(frozen=True)
 class RunComparison:
-    """Model and measurement of one run. Curves share `time`; the model is aligned with the measurement."""
+    """Model and measurement of one run. Curves share `time`; the model is aligned with the
+    measurement."""
 
     name: str
     belt_velocity: float
@@ -85,8 +86,8 @@ class Comparison(Result):
     def _lead(self) -> str:
         data, worst = self.data, self.worst
         return (
-            f"{data['fmu']} against campaign '{data['campaign']}', {len(self.runs)} runs, worst first: "
-            f"NRMSE {worst.nrmse:.3g} in {worst.name}"
+            f"{data['fmu']} against campaign '{data['campaign']}', {len(self.runs)} runs, "
+            f"worst first: NRMSE {worst.nrmse:.3g} in {worst.name}"
         )
 
 
@@ -102,8 +103,9 @@ def compare(
 ) -> Comparison:
     """Runs an FMU [default: the package's own] at every operating point of a campaign and compares.
 
-    `settings` are start values by variable name, in the variable's unit. An NRMSE above `fail_above` raises `GateFailed`.
-    `force` begins even where `check` finds values that can't be meant. Files go into `output` [default: a temporary folder].
+    `settings` are start values by variable name, in the variable's unit. An NRMSE above
+    `fail_above` raises `GateFailed`. `force` begins even where `check` finds values that can't be
+    meant. Files go into `output` [default: a temporary folder].
     """
     folder = Folder(output)
     line = words(

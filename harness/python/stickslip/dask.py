@@ -4,13 +4,14 @@
     import stickslip.dask
 
     client = Client("tcp://HOST:8786")
-    study = stickslip.dask.sweep(client, "belt_velocity", from_=0.01, to=0.21, points=2001, output="fig6")
+    study = stickslip.dask.sweep(client, "belt_velocity", values=[0.1, 0.12], output="study")
     diagnoses = stickslip.dask.diagnose(client, ["rig_a", "rig_b"], output="diagnoses")
 
-Workers need this package, of the same version, and no common file system: a task carries its files, and returns those that it
-wrote. Each task is one chain of points, one campaign or one share of the simulated campaigns. Dask repeats it elsewhere where
-its worker dies. This process alone writes results, each once, so that nothing is lost or doubled; what is finished in `output`
-is not done again.
+Workers need this package, of the same version, and no common file system: a task carries its files,
+and returns those that it wrote. Each task is one chain of points, one campaign or one share of the
+simulated campaigns. Dask repeats it elsewhere where its worker dies. This process alone writes
+results, each once, so that nothing is lost or doubled; what is finished in `output` is not done
+again.
 """
 
 from __future__ import annotations
@@ -67,7 +68,10 @@ def sweep(
     # Chains that are begun go on from what is there.
     begun = _read(folder.path, STUDY) if done else {}
     fmu = _given_fmu(options.get("fmu"))
-    jobs = [(k, study_words(parameter, "study", {**options, "fmu": "model.fmu"}), begun) for k, _ in chains]
+    jobs = [
+        (k, study_words(parameter, "study", {**options, "fmu": "model.fmu"}), begun)
+        for k, _ in chains
+    ]
     written = {row: True for row in done}
     with Told(progress) as tell:
         for _, files in _results(client, _chain, fmu, jobs, tell):
@@ -77,7 +81,8 @@ def sweep(
 
 
 STUDY = ["sweep.json", "section.csv", "states.csv", "sweep.csv"]
-"""Files of a study in the order in which they are written: a row counts as done by its line in sweep.csv."""
+"""Files of a study in the order in which they are written: a row counts as done by its line in
+sweep.csv."""
 
 
 def _chain(fmu: bytes, job: tuple[int, list[str], Files]) -> Files:
@@ -130,8 +135,8 @@ def diagnose(
     force: bool = False,
     progress: Progress = None,
 ) -> dict[str, Diagnosis]:
-    """Diagnoses many campaigns, each on one worker; results by the names of the mapping, or by those of the folders. Each has
-    a folder of its own name in `output`."""
+    """Diagnoses many campaigns, each on one worker; results by the names of the mapping, or by
+    those of the folders. Each has a folder of its own name in `output`."""
     named = _named(campaigns)
     folder = Folder(output)
     jobs, found = [], {}
@@ -141,7 +146,13 @@ def diagnose(
             found[name] = Diagnosis.read(into)
             continue
         line = diagnose_words(
-            "campaign", "out", fmu="model.fmu", hold_out=hold_out, library=_if(library), null=0, force=force
+            "campaign",
+            "out",
+            fmu="model.fmu",
+            hold_out=hold_out,
+            library=_if(library),
+            null=0,
+            force=force,
         )
         jobs.append((name, line, _campaign_files(campaign), _library_files(library)))
     with Told(progress) as tell:
@@ -159,7 +170,9 @@ def _diagnosis(fmu: bytes, job: tuple[str, list[str], Files, Files]) -> tuple[st
     _, line, campaign, library = job
     files = {"model.fmu": fmu, **_below("campaign", campaign), **_below("library", library)}
     with _room(files) as room:
-        found = _native.perform(_inside(room, line, "campaign", "out", "model.fmu", "library"), None, True)
+        found = _native.perform(
+            _inside(room, line, "campaign", "out", "model.fmu", "library"), None, True
+        )
         return found["text"], _read(room / "out")
 
 
@@ -176,8 +189,8 @@ def null(
     force: bool = False,
     progress: Progress = None,
 ) -> Diagnosis:
-    """As `stickslip.diagnose(campaign, null=count)`: the search runs here, the `count` simulated campaigns on the workers, in
-    so many shares [default: two for each thread of the cluster]."""
+    """As `stickslip.diagnose(campaign, null=count)`: the search runs here, the `count` simulated
+    campaigns on the workers, in so many shares [default: two for each thread of the cluster]."""
     folder = Folder(output)
     line = diagnose_words(
         campaign, folder.path, fmu=fmu, hold_out=hold_out, library=library, null=0, force=force
@@ -186,16 +199,27 @@ def null(
         _native.diagnose_later(line, tell)
         fits = _read(folder.path, [FITS])
         there = diagnose_words(
-            "campaign", "out", fmu="model.fmu", hold_out=hold_out, library=_if(library), null=0, force=True
+            "campaign",
+            "out",
+            fmu="model.fmu",
+            hold_out=hold_out,
+            library=_if(library),
+            null=0,
+            force=True,
         )
         threads = sum(client.nthreads().values())
         bounds = _shares(count, shares or 2 * max(threads, 1))
-        files = {**_below("campaign", _campaign_files(campaign)), **_below("library", _library_files(library))}
+        files = {
+            **_below("campaign", _campaign_files(campaign)),
+            **_below("library", _library_files(library)),
+        }
         files |= _below("out", fits)
         jobs = [(share, there, files) for share in bounds]
         gains = dict(_results(client, _gains, _given_fmu(fmu), jobs, tell))
         steps = len(next(iter(gains.values()), []))
-        by_step = [[gain for share in bounds for gain in gains[share][step]] for step in range(steps)]
+        by_step = [
+            [gain for share in bounds for gain in gains[share][step]] for step in range(steps)
+        ]
         data, text = _native.diagnose_known(line, by_step, tell)
     return Diagnosis(json.loads(data), text, folder)
 
@@ -208,7 +232,9 @@ def _gains(fmu: bytes, job: tuple[tuple[int, int], list[str], Files]) -> list[li
     """On a worker: gains by chance in a share of the simulated campaigns."""
     (first, end), line, files = job
     with _room({"model.fmu": fmu, **files}) as room:
-        return _native.null_gains(_inside(room, line, "campaign", "out", "model.fmu", "library"), first, end)
+        return _native.null_gains(
+            _inside(room, line, "campaign", "out", "model.fmu", "library"), first, end
+        )
 
 
 def _shares(count: int, shares: int) -> list[tuple[int, int]]:
@@ -232,7 +258,11 @@ def blind_test(
     into = Folder(output)
     source = FilePath(folder)
     chosen = set(only) if only is not None else None
-    names = [p.name for p in sorted(source.iterdir()) if p.is_dir() and (chosen is None or p.name in chosen)]
+    names = [
+        p.name
+        for p in sorted(source.iterdir())
+        if p.is_dir() and (chosen is None or p.name in chosen)
+    ]
     line = blind_words("blind", "out", only=None, fmu="model.fmu", force=force)
     truth = _read(source, ["truth.json"])
     jobs = [
@@ -270,7 +300,9 @@ def _results(
     if not jobs:
         return
     shared = client.scatter(fmu, broadcast=True, hash=True)
-    futures = {client.submit(work, shared, job, pure=False, retries=RETRIES): job[0] for job in jobs}
+    futures = {
+        client.submit(work, shared, job, pure=False, retries=RETRIES): job[0] for job in jobs
+    }
     try:
         for done, (future, result) in enumerate(as_completed(futures, with_results=True), start=1):
             if tell:
@@ -304,7 +336,13 @@ def _inside(room: FilePath, line: list[str], *names: str) -> list[str]:
 
     def placed(word: str) -> str:
         option, _, value = word.rpartition("=")
-        return f"{option}={room / value}" if option and value in names else str(room / word) if word in names else word
+        return (
+            f"{option}={room / value}"
+            if option and value in names
+            else str(room / word)
+            if word in names
+            else word
+        )
 
     return [placed(word) for word in line]
 
@@ -342,7 +380,10 @@ def _campaign_files(campaign: Campaign | Path) -> Files:
     """campaign.toml and the files of the runs, under the names that it has for them."""
     given = FilePath(folder_of(campaign))
     folder = given if given.is_dir() else given.parent
-    return {("campaign.toml" if folder / name == given else name): c for name, c in _read(folder).items()}
+    return {
+        ("campaign.toml" if folder / name == given else name): c
+        for name, c in _read(folder).items()
+    }
 
 
 def _library_files(library: Path | None) -> Files:
@@ -357,7 +398,9 @@ def _given_fmu(fmu: Path | None) -> bytes:
     return FilePath(FMU if fmu is None else fmu).read_bytes()
 
 
-def _named(campaigns: Mapping[str, Campaign | Path] | Iterable[Campaign | Path]) -> dict[str, Campaign | Path]:
+def _named(
+    campaigns: Mapping[str, Campaign | Path] | Iterable[Campaign | Path],
+) -> dict[str, Campaign | Path]:
     """Campaigns by name; those without are called as their folders."""
     if isinstance(campaigns, Mapping):
         return dict(campaigns)
@@ -365,6 +408,8 @@ def _named(campaigns: Mapping[str, Campaign | Path] | Iterable[Campaign | Path])
     for campaign in campaigns:
         name = FilePath(folder_of(campaign)).name
         if name in named:
-            raise ValueError(f"two campaigns are called '{name}'; give them as a mapping with names")
+            raise ValueError(
+                f"two campaigns are called '{name}'; give them as a mapping with names"
+            )
         named[name] = campaign
     return named

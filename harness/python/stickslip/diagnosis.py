@@ -82,7 +82,8 @@ class Diagnosis(Result):
 
     @property
     def gains_by_chance(self) -> list[list[float]]:
-        """Largest gains in simulated campaigns without the effect, for each step; empty unless `null` asked for them."""
+        """Largest gains in simulated campaigns without the effect, for each step; empty unless
+        `null` asked for them."""
         gains: list[list[float]] = self.data.get("gains_by_chance", [])
         return gains
 
@@ -106,7 +107,14 @@ class Diagnosis(Result):
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
         header = ["candidate", "gain", "probability", "fit_over_noise", "free_values", "fitted"]
         rows: list[Sequence[Any]] = [
-            (c["id"], c["score"], c["probability"], c["fit_over_noise"], c["free_values"], c["fitted"])
+            (
+                c["id"],
+                c["score"],
+                c["probability"],
+                c["fit_over_noise"],
+                c["free_values"],
+                c["fitted"],
+            )
             for c in self.data["candidates"]
         ]
         return header, rows
@@ -128,9 +136,10 @@ def diagnose(
 ) -> Diagnosis:
     """Finds the physical effect that an FMU [default: the package's own] lacks.
 
-    `hold_out` says which runs are kept out of every fit, `library` is a folder of effects of your own, `null` the number of
-    campaigns without the effect to simulate for the chance of a gain by chance. `progress` is `True`, or called with what is
-    done and its share of the whole. Ctrl-C stops it; with `output` given, the same call goes on from there.
+    `hold_out` says which runs are kept out of every fit, `library` is a folder of effects of your
+    own, `null` the number of campaigns without the effect to simulate for the chance of a gain by
+    chance. `progress` is `True`, or called with what is done and its share of the whole. Ctrl-C
+    stops it; with `output` given, the same call goes on from there.
     """
     folder = Folder(output)
     line = diagnose_words(
@@ -172,7 +181,8 @@ def try_effects(
     force: bool = False,
     progress: Progress = None,
 ) -> Diagnosis:
-    """The same by hand: adds the named effects to the calibrated model, one step of the error ladder at a time."""
+    """The same by hand: adds the named effects to the calibrated model, one step of the error
+    ladder at a time."""
     folder = Folder(output)
     line = words(
         "try",

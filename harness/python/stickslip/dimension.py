@@ -56,7 +56,9 @@ class CorrelationDimension(Result):
         import pandas
 
         names = [f"m={m}" for m in range(1, len(self.pairs) + 1)]
-        return pandas.DataFrame(self.pairs.T, index=pandas.Index(self.radii, name="radius"), columns=names)
+        return pandas.DataFrame(
+            self.pairs.T, index=pandas.Index(self.radii, name="radius"), columns=names
+        )
 
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
         rows: list[Sequence[Any]] = [
@@ -65,7 +67,11 @@ class CorrelationDimension(Result):
         return ["embedding dimension", "pairs", "slope in the scaling region"], rows
 
     def _lead(self) -> str:
-        found = "" if self.dimension is None else f" {self.dimension:.3f} +- {self.std or 0.0:.3f} (one standard deviation)"
+        found = (
+            ""
+            if self.dimension is None
+            else f" {self.dimension:.3f} +- {self.std or 0.0:.3f} (one standard deviation)"
+        )
         return f"{self.verdict}{found}: {self.data['meaning']}"
 
 
@@ -95,10 +101,12 @@ def correlation_dimension(
     output: Path | None = None,
     progress: Progress = None,
 ) -> CorrelationDimension:
-    """Correlation dimension of a series, with error bar, surrogate test and a verdict that may be "none".
+    """Correlation dimension of a series, with error bar, surrogate test and a verdict that may be
+    "none".
 
-    `series` is an array of even samples, `sample_interval` (s) apart, NaN where missing, or a CSV file; without one the output
-    `variable` of an FMU [default: the package's own] is simulated. The rest as the command `dimension`.
+    `series` is an array of even samples, `sample_interval` (s) apart, NaN where missing, or a CSV
+    file; without one the output `variable` of an FMU [default: the package's own] is simulated. The
+    rest as the command `dimension`.
     """
     folder = Folder(output)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as scratch:
@@ -109,7 +117,9 @@ def correlation_dimension(
         elif isinstance(series, (str, os.PathLike)):
             file = series
         else:
-            file = _written(np.asarray(series, dtype=float), sample_interval, FilePath(scratch) / "series.csv")
+            file = _written(
+                np.asarray(series, dtype=float), sample_interval, FilePath(scratch) / "series.csv"
+            )
         line = words(
             "dimension",
             [] if file is None else [file],

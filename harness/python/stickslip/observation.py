@@ -49,7 +49,15 @@ class Observation(Result):
         """The signals, one row for each sample."""
         import pandas
 
-        names = ["measured", "force", "force_std", "displacement", "velocity", "relative_velocity", "mode"]
+        names = [
+            "measured",
+            "force",
+            "force_std",
+            "displacement",
+            "velocity",
+            "relative_velocity",
+            "mode",
+        ]
         columns = {name: getattr(self, name) for name in names}
         return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
 
@@ -89,9 +97,10 @@ def observe(
 ) -> Observation:
     """Estimates the friction force (N) and the friction characteristic of a run.
 
-    A run of a campaign knows its beam and operating point; a CSV file needs `beam`, `belt_velocity` (m/s) and `normal_force`
-    (N), or `campaign`. `method` is `stick-slip`, `kalman` or `pole`; `estimate_frequencies` the share within which natural
-    frequencies are estimated too; `offset` (m) is subtracted.
+    A run of a campaign knows its beam and operating point; a CSV file needs `beam`, `belt_velocity`
+    (m/s) and `normal_force` (N), or `campaign`. `method` is `stick-slip`, `kalman` or `pole`;
+    `estimate_frequencies` the share within which natural frequencies are estimated too; `offset`
+    (m) is subtracted.
     """
     folder = Folder(output)
     if isinstance(run, Run):

@@ -24,7 +24,8 @@ class Quality:
 
     @property
     def findings(self) -> list[dict[str, Any]]:
-        """What contradicts the campaign's file: `id`, `severity`, `runs`, `measured`, `stated`, `remedy`."""
+        """What contradicts the campaign's file: `id`, `severity`, `runs`, `measured`, `stated`,
+        `remedy`."""
         found: list[dict[str, Any]] = self.data["findings"]
         return found
 

@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 class Simulation:
     """A motion: `time` in s, and the variables by name, each in its own unit."""
 
-    def __init__(self, time: NDArray[np.float64], values: dict[str, NDArray[np.float64]], units: dict[str, str]) -> None:
+    def __init__(
+        self,
+        time: NDArray[np.float64],
+        values: dict[str, NDArray[np.float64]],
+        units: dict[str, str],
+    ) -> None:
         self.time = time
         self.values = values
         self.units = units
@@ -64,7 +69,9 @@ class Simulation:
             for name, v in self.values.items()
         ]
         header = ("variable", "unit", "lowest", "highest", "at the end")
-        return f"<p>{len(self)} samples, {self.time[0]:g} to {self.time[-1]:g} s</p>" + table_html(header, rows)
+        return f"<p>{len(self)} samples, {self.time[0]:g} to {self.time[-1]:g} s</p>" + table_html(
+            header, rows
+        )
 
 
 def simulate(
@@ -82,9 +89,10 @@ def simulate(
 ) -> Simulation:
     """Runs one operating point of an FMU [default: the package's own].
 
-    `belt_velocity` in m/s, `normal_force` in N, `duration` and output interval `step` in s; `settings` are other start values
-    by variable name, in the variable's unit. `inputs` are a CSV file or arrays, `time` in s and one for each input that
-    varies, such as `external_force`. `variables` are those recorded [default: every output].
+    `belt_velocity` in m/s, `normal_force` in N, `duration` and output interval `step` in s;
+    `settings` are other start values by variable name, in the variable's unit. `inputs` are a CSV
+    file or arrays, `time` in s and one for each input that varies, such as `external_force`.
+    `variables` are those recorded [default: every output].
     """
     with tempfile.TemporaryDirectory(prefix="stickslip-") as scratch:
         if isinstance(inputs, Mapping):

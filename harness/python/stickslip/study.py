@@ -36,8 +36,18 @@ class Study(Result):
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
         rows = self.data["rows"]
         names = list(rows[0]["at"]) if rows else []
-        keys = ["start", "period", "main_frequency_hz", "amplitude_m", "stick_fraction", "lyapunov_per_s", "status"]
-        table: list[Sequence[Any]] = [[*r["at"].values(), *(_number(r[key]) for key in keys)] for r in rows]
+        keys = [
+            "start",
+            "period",
+            "main_frequency_hz",
+            "amplitude_m",
+            "stick_fraction",
+            "lyapunov_per_s",
+            "status",
+        ]
+        table: list[Sequence[Any]] = [
+            [*r["at"].values(), *(_number(r[key]) for key in keys)] for r in rows
+        ]
         return names + keys, table
 
     def _lead(self) -> str:
@@ -81,12 +91,17 @@ class StudyOptions(TypedDict, total=False):
 
 
 def sweep(
-    parameter: str, *, output: Path | None = None, progress: Progress = None, **options: Unpack[StudyOptions]
+    parameter: str,
+    *,
+    output: Path | None = None,
+    progress: Progress = None,
+    **options: Unpack[StudyOptions],
 ) -> Study:
-    """Studies the motions of the model over a parameter, or two: `sweep("belt_velocity", from_=0.05, to=0.2, points=31)`.
+    """Studies the motions of the model over a parameter, or two: `sweep("belt_velocity",
+    from_=0.05, to=0.2, points=31)`.
 
-    The other arguments are those of `StudyOptions`. A study that was stopped goes on with the same call, where `output` is
-    given.
+    The other arguments are those of `StudyOptions`. A study that was stopped goes on with the same
+    call, where `output` is given.
     """
     folder = Folder(output)
     with Told(progress) as tell:
@@ -100,7 +115,11 @@ def study_words(parameter: str, output: Path, options: StudyOptions) -> list[str
     if unknown:
         raise TypeError(f"'{unknown[0]}' is no option of a study; there are {', '.join(known)}")
     given: dict[str, Any] = dict(options)
-    lists = {name: list(given[name]) for name in ("values", "second_values") if given.get(name) is not None}
+    lists = {
+        name: list(given[name])
+        for name in ("values", "second_values")
+        if given.get(name) is not None
+    }
     settings = dict(given.pop("settings", None) or {})
     given["fmu"] = fmu_or_own(given.get("fmu"))
     return words("sweep", parameter=parameter, set=settings, output=output, **{**given, **lists})

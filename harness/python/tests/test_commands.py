@@ -18,7 +18,9 @@ def test_val_the_model_is_like_itself_and_unlike_the_demonstration(demo):
     same = stickslip.compare(itself)
     assert same.worst.nrmse < 3 * same.worst.noise_floor < 0.02
     other = stickslip.compare(demo)
-    assert [run.nrmse for run in other.runs] == sorted((run.nrmse for run in other.runs), reverse=True)
+    assert [run.nrmse for run in other.runs] == sorted(
+        (run.nrmse for run in other.runs), reverse=True
+    )
     assert other.worst.nrmse > 0.1
     run = other["run03"]
     np.testing.assert_allclose(run.residual, run.measured - run.model, atol=1e-15)
@@ -42,7 +44,9 @@ def test_a_comparison_shows_itself_with_the_report_s_figures(demo, tmp_path):
     with pytest.raises(LookupError, match="no figure"):
         found.plot("no such caption")
     saved = found.save(tmp_path / "saved")
-    assert (saved / "comparison.json").read_bytes() == (tmp_path / "out" / "comparison.json").read_bytes()
+    assert (saved / "comparison.json").read_bytes() == (
+        tmp_path / "out" / "comparison.json"
+    ).read_bytes()
     assert found.data["provenance"]["command_line"].startswith("stickslip compare --fmu=")
 
 
@@ -119,9 +123,14 @@ def test_val_the_dimension_of_the_henon_map():
 
 def test_a_study_has_its_table_and_its_section_points(tmp_path):
     options = {"values": [0.1, 0.16], "start": ["fixed", "up"], "settle": 50, "cycles": 40}
-    found = stickslip.sweep("belt_velocity", output=tmp_path / "s", settings={"normal_force": 41.0}, **options)
+    found = stickslip.sweep(
+        "belt_velocity", output=tmp_path / "s", settings={"normal_force": 41.0}, **options
+    )
     table = found.to_pandas()
-    assert list(table["belt_velocity"]) == [0.1, 0.1, 0.16, 0.16] and list(table["start"][:2]) == ["fixed", "up"]
+    assert list(table["belt_velocity"]) == [0.1, 0.1, 0.16, 0.16] and list(table["start"][:2]) == [
+        "fixed",
+        "up",
+    ]
     assert len(found.section) == 4 and found.figures
     with pytest.raises(stickslip.BadInput, match="another sweep|other"):
         stickslip.sweep("belt_velocity", output=tmp_path / "s", **options)
@@ -131,7 +140,9 @@ def test_a_study_has_its_table_and_its_section_points(tmp_path):
 
 def test_the_catalogue_is_that_of_the_fmu():
     catalogue = stickslip.effects()
-    assert len(catalogue) == 16 and catalogue["third_mode"].parameters[0].variable.startswith("third_mode.")
+    assert len(catalogue) == 16 and catalogue["third_mode"].parameters[0].variable.startswith(
+        "third_mode."
+    )
     assert list(catalogue.to_pandas()["id"]) == sorted(e.id for e in catalogue)
     assert len(stickslip.effects(library=True)) == 31
     assert "third_mode" in catalogue._repr_html_() and "<pre>" in catalogue[0]._repr_html_()

@@ -11,7 +11,8 @@ import pytest
 PROGRAM = """
 import sys, stickslip
 try:
-    stickslip.diagnose(sys.argv[1], output=sys.argv[2], progress=lambda what, share: print(what, flush=True))
+    tell = lambda what, share: print(what, flush=True)
+    stickslip.diagnose(sys.argv[1], output=sys.argv[2], progress=tell)
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 """

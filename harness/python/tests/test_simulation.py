@@ -11,7 +11,11 @@ import stickslip
 
 def test_val_a_motion_is_that_of_another_master():
     found = stickslip.simulate(
-        belt_velocity=0.08, normal_force=60.0, duration=0.3, step=1e-3, variables=["tip_displacement", "friction_force"]
+        belt_velocity=0.08,
+        normal_force=60.0,
+        duration=0.3,
+        step=1e-3,
+        variables=["tip_displacement", "friction_force"],
     )
     other = fmpy.simulate_fmu(
         stickslip.FMU,
@@ -30,7 +34,12 @@ def test_val_a_motion_is_that_of_another_master():
 def test_arrays_drive_inputs():
     time = np.linspace(0.0, 0.1, 1001)
     force = 5.0 * np.sin(2 * np.pi * 60 * time)
-    options = {"belt_velocity": 0.0, "normal_force": 0.0, "duration": 0.1, "variables": ["tip_displacement"]}
+    options = {
+        "belt_velocity": 0.0,
+        "normal_force": 0.0,
+        "duration": 0.1,
+        "variables": ["tip_displacement"],
+    }
     driven = stickslip.simulate(inputs={"time": time, "external_force": force}, **options)
     still = stickslip.simulate(**options)
     assert np.ptp(driven["tip_displacement"]) > 10 * np.ptp(still["tip_displacement"])
@@ -48,7 +57,9 @@ def test_a_simulation_shows_itself():
 
 
 def test_errors_have_the_command_s_text():
-    with pytest.raises(stickslip.BadInput, match="0 s is not possible; give a time greater than zero"):
+    with pytest.raises(
+        stickslip.BadInput, match="0 s is not possible; give a time greater than zero"
+    ):
         stickslip.simulate(duration=0.0)
     with pytest.raises(ValueError, match="belt_velocty"):
         stickslip.simulate(settings={"belt_velocty": 0.1})
@@ -66,12 +77,19 @@ def test_other_threads_run_meanwhile_and_hear_of_progress():
 
     thread = threading.Thread(target=count)
     thread.start()
-    stickslip.simulate(duration=40.0, step=1e-4, progress=lambda what, share: heard.append((what, share)))
+    stickslip.simulate(
+        duration=40.0, step=1e-4, progress=lambda what, share: heard.append((what, share))
+    )
     end.set()
     thread.join()
     assert counted[0] > 20, counted
     shares = [share for _, share in heard]
-    assert shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0 and heard[-1][0] == "simulating"
+    assert (
+        shares == sorted(shares)
+        and 0.0 <= shares[0]
+        and shares[-1] <= 1.0
+        and heard[-1][0] == "simulating"
+    )
 
 
 def test_what_progress_raises_ends_the_work():
