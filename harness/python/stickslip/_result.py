@@ -6,6 +6,7 @@ import html
 import json
 import shutil
 import tempfile
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -59,7 +60,7 @@ class Result:
     def figures(self) -> list[_page.PageFigure]:
         """The report's figures, from top to bottom: caption, section, and data and layout as Plotly
         reads them."""
-        return _page.figures(self.report)
+        return _page.figures(self.report) if self.report.exists() else []
 
     def plot(self, which: int | str = 0) -> plotly.graph_objects.Figure:
         """A figure of the report: its number from top to bottom, counted from 0, or a part of its
@@ -67,6 +68,8 @@ class Result:
         import plotly.graph_objects
 
         found = self.figures
+        if not found:
+            raise LookupError("this result has no report with figures")
         if isinstance(which, str):
             fits = [f for f in found if which.lower() in f"{f.section} {f.caption}".lower()]
             if not fits:
@@ -78,9 +81,10 @@ class Result:
         else:
             chosen = found[which]
         figure = plotly.graph_objects.Figure(chosen.data)
-        return figure.update_layout(
-            title={"text": _broken(chosen.caption), "font": {"size": 13}}, margin={"t": 70}
-        )
+        lines = textwrap.wrap(html.escape(chosen.caption), 90)
+        title = {"text": "<br>".join(lines), "font": {"size": 13}, "y": 0.96, "yanchor": "top"}
+        # The legend stands between the title and the picture.
+        return figure.update_layout(title=title, margin={"t": 55 + 18 * len(lines)})
 
     def to_pandas(self) -> pandas.DataFrame:
         """The main table as a DataFrame."""
@@ -134,10 +138,3 @@ def parsed(returned: dict[str, Any]) -> dict[str, Any]:
     """The JSON of what the extension module returned."""
     data: dict[str, Any] = json.loads(returned["json"])
     return data
-
-
-def _broken(text: str, width: int = 95) -> str:
-    """A caption in lines, as Plotly takes them."""
-    import textwrap
-
-    return "<br>".join(textwrap.wrap(html.escape(text), width))

@@ -54,6 +54,8 @@ class Run:
     """How the file was read, where it is not plain CSV in SI units."""
     campaign: FilePath = field(repr=False)
     """Folder of the campaign."""
+    keep: Folder | None = field(repr=False)
+    """Keeps a temporary folder as long as the run."""
 
 
 class Campaign:
@@ -72,7 +74,7 @@ class Campaign:
         self.beam: dict[str, list[float]] = found["beam"]
         """What is known of the structure; empty lists where nothing is."""
         self.runs = [
-            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder)
+            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder, keep=self._keep)
             for run in found["runs"]
         ]
 
