@@ -7,10 +7,12 @@ USE = """
 import numpy as np
 import stickslip
 
-campaign = stickslip.Campaign.from_arrays(np.arange(3.0), np.zeros(3), belt_velocity=0.1,
-normal_force=1.0) found = stickslip.compare(campaign) error: float = found.worst.nrmse study =
-stickslip.sweep("belt_velocity", values=[0.1], settings={"normal_force": 10.0}) wrong: str =
-stickslip.simulate(duration=1.0).time  # E
+samples = np.arange(3.0), np.zeros(3)
+campaign = stickslip.Campaign.from_arrays(*samples, belt_velocity=0.1, normal_force=1.0)
+found = stickslip.compare(campaign)
+error: float = found.worst.nrmse
+study = stickslip.sweep("belt_velocity", values=[0.1], settings={"normal_force": 10.0})
+wrong: str = stickslip.simulate(duration=1.0).time
 """
 
 
@@ -30,4 +32,4 @@ def test_the_package_and_its_use_are_typed(tmp_path):
         cwd=tmp_path,
     )
     errors = [line for line in done.stdout.splitlines() if ": error:" in line]
-    assert len(errors) == 1 and errors[0].startswith("use.py:9:"), done.stdout
+    assert len(errors) == 1 and errors[0].startswith("use.py:10:"), done.stdout
