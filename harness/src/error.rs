@@ -611,6 +611,21 @@ pub enum Error {
         /// Where they are.
         folder: PathBuf,
     },
+    /// A search that was stopped by someone who does not want what it has found.
+    #[error(
+        "the search was stopped; its fits are kept in the folder of results, the same call goes on from there"
+    )]
+    Discarded,
+    /// Stopped by the user, and nothing of it is kept.
+    #[error("stopped after {done} of {of} {what}; nothing was written, begin anew")]
+    Interrupted {
+        /// What is counted.
+        what: &'static str,
+        /// How many are finished.
+        done: usize,
+        /// How many were asked for.
+        of: usize,
+    },
     /// A campaign with values that can't be meant.
     #[error("{}: {errors} finding(s) that can't be meant; {runs}: {finding}. `stickslip check` shows all, --force begins all the same", campaign.display())]
     Questionable {
@@ -645,9 +660,16 @@ impl Error {
                 Exit::ReaderGone
             }
             Error::Write { .. } | Error::Print { .. } => Exit::NotWritten,
-            Error::Stopped { .. } => Exit::Stopped,
+            Error::Stopped { .. } | Error::Interrupted { .. } | Error::Discarded => Exit::Stopped,
             _ => Exit::BadInput,
         }
+    }
+
+    /// The message in one line.
+    pub fn line(&self) -> String {
+        let text = self.to_string();
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        lines.join("; ")
     }
 
     /// The process's exit code.

@@ -28,10 +28,8 @@ fn main() -> ExitCode {
 
 /// Says in one line what went wrong. If even that can't be said, the exit code has to do.
 fn say(error: &Error) {
-    let text = error.to_string();
-    let lines: Vec<&str> = text.lines().map(str::trim).collect();
     let mark = console::style("error:").red().bold().for_stderr();
-    let _ = writeln!(std::io::stderr(), "{mark} {}", lines.join("; "));
+    let _ = writeln!(std::io::stderr(), "{mark} {}", error.line());
 }
 
 fn run() -> Result<(), Error> {

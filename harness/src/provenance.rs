@@ -1,5 +1,6 @@
 //! Where a result comes from: version, date, command line and a digest of the inputs, for every report and JSON.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -8,6 +9,30 @@ use time::OffsetDateTime;
 
 use crate::error::Error;
 use crate::measurement::Campaign;
+
+thread_local! {
+    /// The command line that this thread's work stands for, where it is not the process's own.
+    static STANDS_FOR: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Does work on behalf of a command line, the program's name first: results of this thread name it
+/// in place of the process's own. For programs that call the library.
+pub fn on_behalf_of<R>(line: Option<Vec<String>>, work: impl FnOnce() -> R) -> R {
+    /// Puts back what was, also where the work panics.
+    struct Before(Option<Vec<String>>);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            STANDS_FOR.set(self.0.take());
+        }
+    }
+    let _before = Before(STANDS_FOR.replace(line));
+    work()
+}
+
+/// The command line that this thread works on behalf of, for threads that it starts.
+pub fn stands_for() -> Option<Vec<String>> {
+    STANDS_FOR.with_borrow(Clone::clone)
+}
 
 /// What is needed to say which result this is, and to make it anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -71,7 +96,10 @@ impl Provenance {
         Ok(Provenance {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             date: date(),
-            command_line: command_line(std::env::args()),
+            command_line: match stands_for() {
+                Some(line) => command_line(line.into_iter()),
+                None => command_line(std::env::args()),
+            },
             inputs_sha256: hexadecimal(&all.finalize()),
             inputs,
         })
@@ -193,6 +221,18 @@ mod tests {
             command_line(line.iter().map(|a| (*a).to_owned())),
             r"stickslip compare 'my rig' --fmu 'it'\''s.fmu' ''"
         );
+    }
+
+    #[test]
+    fn a_result_names_the_command_line_that_it_stands_for() {
+        let line = ["stickslip", "check", "my rig"].map(str::to_owned);
+        let said = || Provenance::of(&[]).unwrap().command_line;
+        let own = said();
+        assert_eq!(
+            on_behalf_of(Some(line.to_vec()), said),
+            "stickslip check 'my rig'"
+        );
+        assert_eq!(said(), own);
     }
 
     #[test]

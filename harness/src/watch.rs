@@ -17,6 +17,10 @@ pub trait Watch: Sync {
     fn step(&self, what: &str, done: usize, of: usize);
     /// Whether to stop at the next opportunity.
     fn stop(&self) -> bool;
+    /// Whether no one wants what stopped work has found, so that it may end with an error at once.
+    fn discards(&self) -> bool {
+        false
+    }
 }
 
 /// No one watches.
@@ -34,5 +38,8 @@ impl Watch for Silent<'_> {
     fn step(&self, _: &str, _: usize, _: usize) {}
     fn stop(&self) -> bool {
         self.0.stop()
+    }
+    fn discards(&self) -> bool {
+        self.0.discards()
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use stickslip::command::diagnose::{Search, diagnose};
+use stickslip::command::diagnose::{Null, Search, diagnose};
 use stickslip::command::open_fmu;
 use stickslip::diagnose::result::diagnosis::Verdict;
 use stickslip::measurement::Campaign;
@@ -126,7 +126,7 @@ fn simulated_campaigns_without_the_effect_raise_the_threshold_and_give_a_chance(
         &fmu,
         &campaign,
         &Search {
-            null: 1,
+            null: Null::Simulate(1),
             ..Search::default()
         },
         folder.path(),

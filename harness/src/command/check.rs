@@ -23,21 +23,44 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What was looked at and found.
+#[derive(Debug)]
+pub struct Checked {
+    /// The page as JSON.
+    pub json: String,
+    /// The page.
+    pub text: String,
+    campaign: Campaign,
+    /// The error of data that can't be meant.
+    questionable: Option<Error>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let found = perform(arguments)?;
+    if arguments.json {
+        print_line(&found.json)?;
+    } else {
+        found.campaign.runs.iter().for_each(tell_how);
+        print(&found.text)?;
+    }
+    found.questionable.map_or(Ok(()), Err)
+}
+
+/// Looks at the data; what can't be meant is among the findings and no error.
+///
+/// # Errors
+/// A campaign that can't be read.
+pub fn perform(arguments: &Arguments) -> Result<Checked, Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     let quality = check(&campaign);
-    if arguments.json {
-        let provenance = Provenance::of_campaign(&campaign, Path::new(""))?;
-        print_line(provenance.json(&quality))?;
-    } else {
-        campaign.runs.iter().for_each(tell_how);
-        print(&page(&quality))?;
-    }
-    match questionable(&quality, &arguments.campaign) {
-        Some(error) => Err(error),
-        None => Ok(()),
-    }
+    let provenance = Provenance::of_campaign(&campaign, Path::new(""))?;
+    Ok(Checked {
+        json: provenance.json(&quality),
+        text: page(&quality),
+        questionable: questionable(&quality, &arguments.campaign),
+        campaign,
+    })
 }
 
 /// The page.

@@ -1,6 +1,7 @@
 //! `stickslip diagnose`: which physical effect the model lacks, from a measured campaign.
 
 use std::cell::OnceCell;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -22,7 +23,7 @@ use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::{Step, climb};
 use crate::diagnose::result::run_sets::run_sets;
 use crate::diagnose::selection::discrepancy::{discrepancy, explain_most};
-use crate::diagnose::selection::select::{Selection, calibrate_threshold, select};
+use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
@@ -64,37 +65,25 @@ pub struct Arguments {
     forced: Forced,
 }
 
+impl Arguments {
+    /// diagnosis.json, as it was written.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    pub fn written_json(&self) -> Result<String, Error> {
+        written_json(&self.output)
+    }
+}
+
 /// Campaigns that may be simulated for the chance of a gain by chance: enough for one in a thousand.
 const MOST_NULL: usize = 10_000;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    if arguments.null > MOST_NULL {
-        return Err(Error::Option {
-            option: "--null",
-            value: arguments.null.to_string(),
-            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
-        });
-    }
-    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
-    make_folder(&arguments.output)?;
-    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let progress = Progress::new(Progress::STAGES);
-    let diagnosis = diagnose(
-        &fmu,
-        &campaign,
-        &Search {
-            null: arguments.null,
-            hold_out: arguments.hold_out,
-            library: match &arguments.library {
-                Some(folder) => pack::own_effects::of_folder(folder)?,
-                None => Vec::new(),
-            },
-        },
-        &arguments.output,
-        &progress,
-    )?;
+    let diagnosis = perform(arguments, &progress);
     progress.finish();
+    let diagnosis = diagnosis?;
     if arguments.verbose {
         tell(costs(&progress, &diagnosis).trim_end());
     }
@@ -105,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         ));
     }
     if arguments.json {
-        print_line(written_json(&arguments.output)?)
+        print_line(arguments.written_json()?)
     } else {
         print(&terminal(&diagnosis))?;
         let report = arguments.output.join("report.html");
@@ -113,11 +102,94 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
+/// Diagnoses and writes everything into the folder of the options. A stop ends it early, with what was
+/// found until then.
+///
+/// # Errors
+/// Options, a campaign or an FMU that can't be used; a folder that can't be written.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Error> {
+    perform_with(arguments, Null::Simulate(arguments.null), watch)
+}
+
+/// The same with gains by chance found in this way, whatever the options say of them.
+///
+/// # Errors
+/// As [`perform`].
+pub fn perform_with(
+    arguments: &Arguments,
+    null: Null,
+    watch: &dyn Watch,
+) -> Result<Diagnosis, Error> {
+    let (fmu, campaign, search) = given(arguments, null)?;
+    diagnose(&fmu, &campaign, &search, &arguments.output, watch)
+}
+
+/// For each step of the diagnosis, the largest gains by chance in those of the simulated campaigns that `which`
+/// numbers. The search goes before; fits that lie in the folder of the options are not made again.
+///
+/// # Errors
+/// As [`perform`].
+pub fn perform_null(
+    arguments: &Arguments,
+    which: Range<usize>,
+    watch: &dyn Watch,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let (fmu, campaign, search) = given(arguments, Null::Later)?;
+    searched(
+        &fmu,
+        &campaign,
+        &search,
+        &arguments.output,
+        watch,
+        |problem, selection| gains_by_chance(problem, selection, which, watch),
+    )
+}
+
+/// What the options say, and the folder of results.
+fn given(arguments: &Arguments, null: Null) -> Result<(Fmu, Campaign, Search), Error> {
+    if arguments.null > MOST_NULL {
+        return Err(Error::Option {
+            option: "--null",
+            value: arguments.null.to_string(),
+            rule: format!("campaigns would take months; give {MOST_NULL} or less"),
+        });
+    }
+    let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
+    make_folder(&arguments.output)?;
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let search = Search {
+        null,
+        hold_out: arguments.hold_out,
+        library: match &arguments.library {
+            Some(folder) => pack::own_effects::of_folder(folder)?,
+            None => Vec::new(),
+        },
+    };
+    Ok((fmu, campaign, search))
+}
+
+/// How it is found what chance alone would gain.
+#[derive(Debug, Clone)]
+pub enum Null {
+    /// So many campaigns without the effect are simulated and searched for each step.
+    Simulate(usize),
+    /// Elsewhere, by [`perform_null`]; the fits are kept for that.
+    Later,
+    /// It is known: the largest gain in each campaign simulated, for each step.
+    Known(Vec<Vec<f64>>),
+}
+
+impl Default for Null {
+    fn default() -> Self {
+        Null::Simulate(0)
+    }
+}
+
 /// How a diagnosis searches.
 #[derive(Debug, Default)]
 pub struct Search {
-    /// Campaigns without the effect that are simulated and searched for each step.
-    pub null: usize,
+    /// How it is found what chance alone would gain.
+    pub null: Null,
     /// Which runs are kept out.
     pub hold_out: HoldOut,
     /// Files of the user's effects that take part.
@@ -132,6 +204,48 @@ pub fn diagnose(
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
+    searched(
+        fmu,
+        campaign,
+        search,
+        output,
+        watch,
+        |problem, selection| {
+            match &search.null {
+                Null::Simulate(0) | Null::Later => {}
+                Null::Simulate(count) => calibrate_threshold(problem, selection, *count, watch)?,
+                Null::Known(gains) => selection.judge_by_chance(gains.clone()),
+            }
+            if watch.stop() && watch.discards() {
+                return Err(Error::Discarded);
+            }
+            if selection.explained {
+                problem.trust_sensor();
+            } else if !problem.place_is_told() && !watch.stop() {
+                watch.stage(stages::INCOMPLETE);
+                problem.count_with(discrepancy(problem, selection)?);
+                explain_most(problem, selection, watch)?;
+            }
+            watch.stage(stages::KEPT_OUT);
+            let steps = climb(problem, selection)?;
+            let diagnosis = report(fmu, problem, selection, &steps, "diagnose", output, watch)?;
+            if !watch.stop() && !matches!(search.null, Null::Later) {
+                problem.finished.remove()?;
+            }
+            Ok(diagnosis)
+        },
+    )
+}
+
+/// Searches, and then does what is asked with what was found.
+fn searched<R>(
+    fmu: &Fmu,
+    campaign: &Campaign,
+    search: &Search,
+    output: &Path,
+    watch: &dyn Watch,
+    then: impl FnOnce(&mut Problem, &mut Selection) -> Result<R, Error>,
+) -> Result<R, Error> {
     let structure = structure(fmu, &campaign.beam)?;
     let lowest = lowest_frequency(campaign, &structure);
     let unknown = unknown_functions(campaign, lowest, 1.0 / structure.inverse_tip_mass());
@@ -168,23 +282,7 @@ pub fn diagnose(
         problem.widen(fmu, texts.into_iter().map(str::to_owned).collect())?;
         curve_formula::fit(&problem, &mut selection, &formulas)?;
     }
-    if search.null > 0 {
-        calibrate_threshold(&problem, &mut selection, search.null, watch)?;
-    }
-    if selection.explained {
-        problem.trust_sensor();
-    } else if !problem.place_is_told() && !watch.stop() {
-        watch.stage(stages::INCOMPLETE);
-        problem.count_with(discrepancy(&problem, &selection)?);
-        explain_most(&problem, &mut selection, watch)?;
-    }
-    watch.stage(stages::KEPT_OUT);
-    let steps = climb(&problem, &selection)?;
-    let diagnosis = report(fmu, &problem, &selection, &steps, "diagnose", output, watch)?;
-    if !watch.stop() {
-        problem.finished.remove()?;
-    }
-    Ok(diagnosis)
+    then(&mut problem, &mut selection)
 }
 
 /// Writes what a selection found into `output`.

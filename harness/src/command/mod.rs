@@ -18,7 +18,7 @@ pub mod operating_options;
 pub mod operating_point;
 pub mod pack;
 mod parameter_set;
-mod progress;
+pub mod progress;
 mod proposed_effect;
 pub mod repaired_model;
 mod run_sets;

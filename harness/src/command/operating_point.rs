@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu, Instance, Kind};
 use crate::measurement::BeamKnowledge;
+use crate::watch::Watch;
 
 /// Where and from what state to run.
 #[derive(Debug, Clone, Default)]
@@ -149,16 +150,20 @@ pub fn record(
     step: f64,
     steps: usize,
 ) -> Result<Trajectory, Error> {
-    record_driven(fmu, instance, outputs, (step, steps), None)
+    record_driven(fmu, instance, outputs, (step, steps), None, &())
 }
 
-/// The same with inputs that vary.
+/// Steps between two looks at whether to stop.
+const LOOK: usize = 1000;
+
+/// The same with inputs that vary, under a watch.
 pub fn record_driven(
     fmu: &Fmu,
     instance: &mut Instance,
     outputs: &[&str],
     (step, steps): (f64, usize),
     drive: Option<&Drive>,
+    watch: &dyn Watch,
 ) -> Result<Trajectory, Error> {
     let variables = outputs
         .iter()
@@ -169,6 +174,16 @@ pub fn record_driven(
         values: vec![Vec::with_capacity(steps + 1); outputs.len()],
     };
     for i in 0..=steps {
+        if i % LOOK == 0 {
+            if watch.stop() {
+                return Err(Error::Interrupted {
+                    what: "steps simulated",
+                    done: i,
+                    of: steps,
+                });
+            }
+            watch.step("simulating", i, steps);
+        }
         trajectory.time.push(i as f64 * step);
         for (variable, values) in variables.iter().zip(&mut trajectory.values) {
             let (mut real, mut integer) = ([0.0], [0]);

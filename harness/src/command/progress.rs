@@ -15,9 +15,9 @@ pub struct Progress {
     stages: Mutex<Stages>,
 }
 
-/// Where work with stages stands.
-#[derive(Default)]
-struct Stages {
+/// Where work with stages stands, for whoever shows it.
+#[derive(Debug, Default)]
+pub struct Stages {
     /// Stages begun so far, and when.
     begun: Vec<(Stage, Instant)>,
     /// Share of the whole that is done.
@@ -83,9 +83,38 @@ impl Progress {
 }
 
 impl Stages {
+    /// A part of the work begins; `false` where it had begun before.
+    pub fn begin(&mut self, stage: Stage, now: Instant) -> bool {
+        if self.begun.last().is_some_and(|(last, _)| *last == stage) {
+            return false;
+        }
+        let before = self.begun.last().map_or(0.0, |(before, _)| before.until);
+        self.share = self.share.max(before);
+        self.steps = None;
+        self.begun.push((stage, now));
+        true
+    }
+
+    /// The part of the work that is being done, where there are parts.
+    pub fn current(&self) -> Option<Stage> {
+        self.begun.last().map(|(stage, _)| *stage)
+    }
+
+    /// Share (1) of the whole that is done.
+    pub fn share(&self) -> f64 {
+        self.share
+    }
+
     /// Counts a step of a stage and says in words where the work stands. The bar never goes back: each list of steps within a
     /// stage takes half of what is left of it, since nobody knows how many there will be.
-    fn step(&mut self, stage: Stage, what: &str, done: usize, of: usize, now: Instant) -> String {
+    pub fn step(
+        &mut self,
+        stage: Stage,
+        what: &str,
+        done: usize,
+        of: usize,
+        now: Instant,
+    ) -> String {
         let (from, since) = match self.steps {
             Some((before, from, since)) if before < done => (from, since),
             _ => (self.share, now),
@@ -110,21 +139,17 @@ impl Stages {
 impl Watch for Progress {
     fn stage(&self, stage: Stage) {
         let mut stages = self.stages();
-        if stages.begun.last().is_some_and(|(now, _)| *now == stage) {
+        if !stages.begin(stage, Instant::now()) {
             return;
         }
-        let before = stages.begun.last().map_or(0.0, |(before, _)| before.until);
-        stages.share = stages.share.max(before);
-        stages.steps = None;
-        stages.begun.push((stage, Instant::now()));
         self.bar.set_length(WHOLE as u64);
         self.bar.set_position((WHOLE * stages.share) as u64);
         self.bar.set_message(stage.name);
     }
     fn step(&self, what: &str, done: usize, of: usize) {
         let mut stages = self.stages();
-        match stages.begun.last() {
-            Some(&(stage, _)) => {
+        match stages.current() {
+            Some(stage) => {
                 let message = stages.step(stage, what, done, of, Instant::now());
                 self.bar.set_position((WHOLE * stages.share) as u64);
                 self.bar.set_message(message);

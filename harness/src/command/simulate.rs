@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::operating_options::OperatingOptions;
-use super::operating_point::{OperatingPoint, record_driven};
+use super::operating_point::{OperatingPoint, Trajectory, record_driven};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
 use crate::fmu::{Causality, Drive, Fmu, Kind};
 use crate::measurement::{Interpolation, read_inputs};
 use crate::output::{print, write_file};
+use crate::watch::Watch;
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
@@ -44,13 +45,23 @@ pub struct Arguments {
     list: bool,
 }
 
+/// A motion with the names and units of what was recorded.
+#[derive(Debug)]
+pub struct Simulated {
+    /// Names of the variables.
+    pub names: Vec<String>,
+    /// Their units; empty where there is none.
+    pub units: Vec<String>,
+    /// Times and values.
+    pub trajectory: Trajectory,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let text = if arguments.list {
-        list(&fmu)
+        list(&super::open_fmu(arguments.fmu.as_deref())?)
     } else {
-        simulate(&fmu, arguments)?
+        csv(&perform(arguments, &())?)
     };
     match &arguments.output {
         Some(path) => write_file(path, text.as_bytes()),
@@ -58,7 +69,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
+/// Simulates; nothing is written.
+///
+/// # Errors
+/// Options or an FMU that can't be used; an FMU that gives up; a stop.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Simulated, Error> {
+    let fmu = &super::open_fmu(arguments.fmu.as_deref())?;
     let said = arguments.at.read()?;
     let step = positive("--step", arguments.step)?;
     let steps = (positive("--duration", arguments.duration)? / step)
@@ -99,8 +115,20 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
     let mut instance = drive.instance(fmu, "simulate")?;
     point.start_driven(fmu, &mut instance, Some(&drive))?;
     let samples = (step, steps as usize);
-    let trajectory = record_driven(fmu, &mut instance, &names, samples, Some(&drive))?;
+    let trajectory = record_driven(fmu, &mut instance, &names, samples, Some(&drive), watch)?;
+    let unit = |name: &&str| Ok(fmu.variable(name)?.unit.clone().unwrap_or_default());
+    Ok(Simulated {
+        units: names.iter().map(unit).collect::<Result<_, Error>>()?,
+        names: names.into_iter().map(str::to_owned).collect(),
+        trajectory,
+    })
+}
 
+fn csv(
+    Simulated {
+        names, trajectory, ..
+    }: &Simulated,
+) -> String {
     let mut csv = String::from("time");
     names.iter().for_each(|name| csv.extend([",", name]));
     csv.push('\n');
@@ -111,7 +139,7 @@ fn simulate(fmu: &Fmu, arguments: &Arguments) -> Result<String, Error> {
         }
         csv.push('\n');
     }
-    Ok(csv)
+    csv
 }
 
 /// Longest time that may be asked for, s: three centuries, more than any model of a machine is for.

@@ -8,6 +8,7 @@ use super::diagnose::{report, terminal, written_json};
 use super::given_campaign::{self, Forced};
 use super::progress::Progress;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::climb;
 use crate::diagnose::selection::select::follow;
 use crate::diagnose::stages;
@@ -37,8 +38,36 @@ pub struct Arguments {
     forced: Forced,
 }
 
+impl Arguments {
+    /// diagnosis.json, as it was written.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    pub fn written_json(&self) -> Result<String, Error> {
+        written_json(&self.output)
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let progress = Progress::new(Progress::STAGES);
+    let diagnosis = perform(arguments, &progress);
+    progress.finish();
+    let diagnosis = diagnosis?;
+    if arguments.json {
+        print_line(arguments.written_json()?)
+    } else {
+        print(&terminal(&diagnosis))?;
+        let report = arguments.output.join("report.html");
+        print_line(format_args!("Report: {}", report.display()))
+    }
+}
+
+/// Tries the effects and writes everything into the folder of the options.
+///
+/// # Errors
+/// Options, a campaign, an effect or an FMU that can't be used; a folder that can't be written.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Error> {
     let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let mut problem = Problem::new(&fmu, &campaign)?;
@@ -50,29 +79,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     make_folder(&arguments.output)?;
-    let progress = Progress::new(Progress::STAGES);
-    let selection = follow(&problem, &effects, &progress)?;
+    let selection = follow(&problem, &effects, watch)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));
     if selection.explained {
         problem.trust_sensor();
     }
-    progress.stage(stages::KEPT_OUT);
+    watch.stage(stages::KEPT_OUT);
     let steps = climb(&problem, &selection)?;
-    let diagnosis = report(
+    report(
         &fmu,
         &problem,
         &selection,
         &steps,
         &command,
         &arguments.output,
-        &progress,
-    )?;
-    progress.finish();
-    if arguments.json {
-        print_line(written_json(&arguments.output)?)
-    } else {
-        print(&terminal(&diagnosis))?;
-        let report = arguments.output.join("report.html");
-        print_line(format_args!("Report: {}", report.display()))
-    }
+        watch,
+    )
 }

@@ -30,13 +30,12 @@ pub struct Finisher {
 }
 
 impl Finisher {
-    /// For the running program; `fmu` is the file given, where it is not this program's own model.
+    /// For the file of the running program; `fmu` is the file given, where it is not this program's own model.
     ///
     /// # Errors
     /// A program that can't be read.
-    pub fn new(fmu: Option<&Path>) -> Result<Self, Error> {
-        let own = || std::env::current_exe().map_err(Error::read(Path::new("the running program")));
-        let mut files: Vec<PathBuf> = vec![own()?];
+    pub fn new(program: &Path, fmu: Option<&Path>) -> Result<Self, Error> {
+        let mut files: Vec<PathBuf> = vec![program.to_owned()];
         if fmu.is_none() {
             files.push(find_library()?);
         }

@@ -31,8 +31,8 @@ use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::parallel::{on_this_thread, parallel};
-use crate::provenance::Provenance;
-use crate::watch::{Silent, Watch as _};
+use crate::provenance::{Provenance, on_behalf_of, stands_for};
+use crate::watch::{Silent, Watch};
 
 /// Options of `blind-test`.
 #[derive(Debug, Args)]
@@ -64,8 +64,73 @@ struct Printed<'a> {
     campaigns: &'a [BlindCase],
 }
 
+/// What a blind test counts.
+#[derive(Debug)]
+pub struct Tested {
+    /// Tally and campaigns as JSON.
+    pub json: String,
+    /// The tables.
+    pub text: String,
+    /// Campaigns finished.
+    done: usize,
+    /// Campaigns asked for.
+    of: usize,
+    folder: PathBuf,
+}
+
+impl Tested {
+    /// Whether all campaigns asked for were diagnosed.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] with how many were.
+    pub fn whole(&self) -> Result<(), Error> {
+        if self.done == self.of {
+            return Ok(());
+        }
+        Err(Error::Stopped {
+            what: "campaigns",
+            done: self.done,
+            of: self.of,
+            folder: self.folder.clone(),
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let progress = Progress::new(Progress::STEPS);
+    let own = std::env::current_exe().map_err(Error::read(Path::new("the running program")))?;
+    let tell = |line: &str| match arguments.json {
+        true => Ok(()),
+        false => progress.suspend(|| print_line(line)),
+    };
+    let found = perform(arguments, &own, &progress, &tell);
+    progress.finish();
+    let found = found?;
+    if arguments.json {
+        print_line(&found.json)?;
+    } else {
+        print(&format!("\n{}", found.text))?;
+        let details = arguments.output.join(DETAILS);
+        print_line(format_args!("Details: {}", details.display()))?;
+    }
+    found.whole()
+}
+
+/// The campaigns' results.
+const DETAILS: &str = "blind-test.json";
+
+/// Diagnoses and counts; `tell` hears a line for each campaign. Results in the folder are taken again where they are
+/// of the same `program`, a file.
+///
+/// # Errors
+/// A folder, campaign or FMU that can't be used; results that can't be written.
+pub fn perform(
+    arguments: &Arguments,
+    program: &Path,
+    watch: &dyn Watch,
+    tell: &(dyn Fn(&str) -> Result<(), Error> + Sync),
+) -> Result<Tested, Error> {
     let mut answers = answer::read(&arguments.folder)?;
     let is_wanted = |a: &Answer| arguments.only.is_empty() || arguments.only.contains(&a.campaign);
     answers.retain(is_wanted);
@@ -73,17 +138,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let test = Test {
         arguments,
         fmu: super::open_fmu(arguments.fmu.as_deref())?,
-        finisher: Finisher::new(arguments.fmu.as_deref())?,
-        progress: Progress::new(Progress::STEPS),
+        finisher: Finisher::new(program, arguments.fmu.as_deref())?,
+        watch,
+        tell,
         done: AtomicUsize::new(0),
         of: answers.len(),
     };
-    let found = parallel(&answers, |answer| on_this_thread(|| test.campaign(answer)));
-    test.progress.finish();
+    let line = stands_for();
+    let found = parallel(&answers, |answer| {
+        on_behalf_of(line.clone(), || on_this_thread(|| test.campaign(answer)))
+    });
     let cases: Vec<BlindCase> = found?.into_iter().flatten().collect();
-    let details = arguments.output.join("blind-test.json");
     let text = serde_json::to_string_pretty(&cases).expect("plain data");
-    write_file(&details, text.as_bytes())?;
+    write_file(&arguments.output.join(DETAILS), text.as_bytes())?;
     let tally = Tally::new(&cases);
     let printed = Printed {
         tally: &tally,
@@ -91,21 +158,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     let json = Provenance::of(&[&arguments.folder.join("truth.json")])?.json(&printed);
     write_file(&arguments.output.join("tally.json"), json.as_bytes())?;
-    if arguments.json {
-        print_line(json)?;
-    } else {
-        print(&format!("\n{}", tally.text()))?;
-        print_line(format_args!("Details: {}", details.display()))?;
-    }
-    if cases.len() < test.of {
-        return Err(Error::Stopped {
-            what: "campaigns",
-            done: cases.len(),
-            of: test.of,
-            folder: arguments.output.clone(),
-        });
-    }
-    Ok(())
+    Ok(Tested {
+        json,
+        text: tally.text(),
+        done: cases.len(),
+        of: test.of,
+        folder: arguments.output.clone(),
+    })
 }
 
 /// A test in progress.
@@ -113,7 +172,8 @@ struct Test<'a> {
     arguments: &'a Arguments,
     fmu: Fmu,
     finisher: Finisher,
-    progress: Progress,
+    watch: &'a dyn Watch,
+    tell: &'a (dyn Fn(&str) -> Result<(), Error> + Sync),
     /// Campaigns finished.
     done: AtomicUsize,
     /// Campaigns asked for.
@@ -123,7 +183,7 @@ struct Test<'a> {
 impl Test<'_> {
     /// One campaign's result; `None` where the test was stopped before its end.
     fn campaign(&self, answer: &Answer) -> Result<Option<BlindCase>, Error> {
-        if self.progress.stop() {
+        if self.watch.stop() {
             return Ok(None);
         }
         let name = &answer.campaign;
@@ -145,10 +205,8 @@ impl Test<'_> {
             }
         };
         let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
-        self.progress.step(name, done, self.of);
-        if !self.arguments.json {
-            self.progress.suspend(|| print_line(case.line()))?;
-        }
+        self.watch.step(name, done, self.of);
+        (self.tell)(&case.line())?;
         Ok(Some(case))
     }
 
@@ -158,7 +216,7 @@ impl Test<'_> {
         (campaign, provenance): (&Campaign, Provenance),
         folder: &Path,
     ) -> Result<Option<BlindCase>, Error> {
-        let silent = Silent(&self.progress);
+        let silent = Silent(self.watch);
         // The time of what is left to do is not that of a diagnosis.
         let is_new = !folder.join(UNFINISHED).exists();
         let (start, thread) = (Instant::now(), ThreadTime::now());
@@ -170,12 +228,12 @@ impl Test<'_> {
             Err(error) if error.exit() == Exit::NotWritten => return Err(error),
             ended => ended,
         };
-        if self.progress.stop() {
+        if self.watch.stop() {
             return Ok(None);
         }
         // A diagnosis counts as what it is even where its power can't be told.
         let power = power::power(&self.fmu, campaign, answer).unwrap_or(None);
-        if self.progress.stop() {
+        if self.watch.stop() {
             return Ok(None);
         }
         Ok(Some(BlindCase::new(

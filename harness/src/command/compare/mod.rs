@@ -12,15 +12,14 @@ mod terminal;
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-
 use comparison::compare_run;
 
-pub use comparison::RunComparison;
+pub use comparison::{Curves, RunComparison};
 use from_start_states::Held;
 
 use super::given_campaign::{self, Forced};
 use super::operating_options::start_values;
+use super::progress::Progress;
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu};
 use crate::measurement::{Campaign, Run};
@@ -69,8 +68,56 @@ impl Arguments {
     }
 }
 
+/// What a comparison finds.
+#[derive(Debug)]
+pub struct Compared {
+    /// The runs, worst first.
+    pub runs: Vec<RunComparison>,
+    /// comparison.json.
+    pub json: String,
+    /// The table.
+    pub text: String,
+    limit: Option<f64>,
+}
+
+impl Compared {
+    /// Whether the worst run keeps the limit of `--fail-above`.
+    ///
+    /// # Errors
+    /// [`Error::GateFailed`] with the run.
+    pub fn gate(&self) -> Result<(), Error> {
+        match (self.runs.first(), self.limit) {
+            (Some(worst), Some(limit)) if worst.exceeds(limit) => Err(Error::GateFailed {
+                run: worst.name.clone(),
+                value: worst.nrmse,
+                limit,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let progress = Progress::new(Progress::SHARE);
+    let found = perform(arguments, &progress);
+    progress.finish();
+    let found = found?;
+    if arguments.json {
+        print_line(&found.json)?;
+    } else {
+        let report = arguments.output.join("report.html");
+        print(&found.text)?;
+        print_line(format_args!("Report: {}", report.display()))?;
+    }
+    found.gate()
+}
+
+/// Compares and writes report.html and comparison.json.
+///
+/// # Errors
+/// Options, a campaign or an FMU that can't be used; a folder that can't be written; a stop.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Compared, Error> {
     let limit = arguments.fail_above.map(positive).transpose()?;
     let settings = start_values(&arguments.settings)?;
     let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
@@ -78,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     refuse_inputs(&fmu, &settings)?;
-    let comparisons = compare(&fmu, &campaign, &settings)?;
+    let comparisons = compare(&fmu, &campaign, &settings, watch)?;
 
     let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
     let json = provenance.json(&Summary {
@@ -92,13 +139,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         &report,
         page::html(&fmu, &campaign, &comparisons, limit, &provenance).as_bytes(),
     )?;
-    if arguments.json {
-        print_line(json)?;
-    } else {
-        print(&terminal::table(&campaign, &comparisons, limit))?;
-        print_line(format_args!("Report: {}", report.display()))?;
-    }
-    gate(&comparisons, limit)
+    Ok(Compared {
+        text: terminal::table(&campaign, &comparisons, limit),
+        runs: comparisons,
+        json,
+        limit,
+    })
 }
 
 /// The campaign says what drives each run.
@@ -121,23 +167,27 @@ pub fn compare(
     fmu: &Fmu,
     campaign: &Campaign,
     settings: &[(String, f64)],
+    watch: &dyn Watch,
 ) -> Result<Vec<RunComparison>, Error> {
-    // Hidden by itself where standard error is no terminal.
-    let style = ProgressStyle::with_template(
-        "{elapsed_precise} {bar:30} {percent} % {msg} (about {eta} left)",
-    )
-    .expect("the template is valid");
-    let samples = |run: &Run| run.time.len() as u64;
-    let bar = ProgressBar::new(campaign.runs.iter().map(samples).sum()).with_style(style);
+    let samples = |run: &Run| run.time.len();
+    let all = campaign.runs.iter().map(samples).sum();
     let held = Held::by(fmu)?;
     let (mut comparisons, mut before) = (Vec::new(), 0);
     for run in &campaign.runs {
-        bar.set_message(run.name.clone());
+        if watch.stop() {
+            return Err(Error::Interrupted {
+                what: "runs compared",
+                done: comparisons.len(),
+                of: campaign.runs.len(),
+            });
+        }
         let inside = InsideRun {
-            bar: &bar,
+            watch,
+            run,
             before,
-            samples: samples(run),
+            all,
         };
+        inside.step("", 0, 1);
         comparisons.push(compare_run(
             fmu,
             &campaign.beam,
@@ -146,29 +196,28 @@ pub fn compare(
             &inside,
         )?);
         before += samples(run);
-        bar.set_position(before);
     }
-    bar.finish_and_clear();
     // A run that cannot be scored (NaN) is the worst.
     comparisons.sort_by(|a, b| b.nrmse.total_cmp(&a.nrmse));
     Ok(comparisons)
 }
 
-/// The bar while one run is in work; it counts samples.
+/// The work on one run as a share of all; it counts samples.
 struct InsideRun<'a> {
-    bar: &'a ProgressBar,
-    before: u64,
-    samples: u64,
+    watch: &'a dyn Watch,
+    run: &'a Run,
+    before: usize,
+    all: usize,
 }
 
 impl Watch for InsideRun<'_> {
     fn step(&self, _: &str, done: usize, of: usize) {
         let share = done as f64 / of.max(1) as f64;
-        let at = self.before + (share * self.samples as f64) as u64;
-        self.bar.set_position(at);
+        let at = self.before + (share * self.run.time.len() as f64) as usize;
+        self.watch.step(&self.run.name, at, self.all);
     }
     fn stop(&self) -> bool {
-        false
+        self.watch.stop()
     }
 }
 
@@ -177,17 +226,6 @@ struct Summary<'a> {
     campaign: &'a str,
     fmu: &'a str,
     runs: &'a [RunComparison],
-}
-
-fn gate(comparisons: &[RunComparison], limit: Option<f64>) -> Result<(), Error> {
-    match (comparisons.first(), limit) {
-        (Some(worst), Some(limit)) if worst.exceeds(limit) => Err(Error::GateFailed {
-            run: worst.name.clone(),
-            value: worst.nrmse,
-            limit,
-        }),
-        _ => Ok(()),
-    }
 }
 
 fn positive(limit: f64) -> Result<f64, Error> {

@@ -283,6 +283,7 @@ pub(super) fn model_run(
         &[displacement, "tip_velocity"],
         samples,
         drive,
+        &(),
     )?;
     let [displacement, velocity] =
         <[Vec<f64>; 2]>::try_from(recorded.values).expect("two outputs were asked for");

@@ -12,10 +12,13 @@ use clap::{Args, ValueEnum};
 
 use super::operating_options::OperatingOptions;
 use super::progress::Progress;
-use crate::dimension::{Norm, Settings, analyse};
+use crate::dimension::{Analysis, Norm, Settings, analyse};
 use crate::error::Error;
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
+use crate::watch::Watch;
+
+pub use series::Series;
 
 /// Norms, as the option has them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -94,9 +97,38 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What is said of a series.
+pub struct Analysed {
+    /// The series.
+    pub series: Series,
+    /// The whole.
+    pub analysis: Analysis,
+    /// dimension.json.
+    pub json: String,
+    /// The summary.
+    pub text: String,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
-    let watch = Progress::new(Progress::SHARE);
+    let progress = Progress::new(Progress::SHARE);
+    let found = perform(arguments, &progress);
+    progress.finish();
+    let found = found?;
+    if arguments.json {
+        print_line(&found.json)
+    } else {
+        print(&found.text)?;
+        let report = arguments.output.join("dimension.html");
+        print_line(format_args!("Report: {}", report.display()))
+    }
+}
+
+/// Analyses and writes the files.
+///
+/// # Errors
+/// Options or a series that can't be used, an FMU that gives up, a folder that can't be written.
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Analysed, Error> {
     let series = series::get(arguments)?;
     let settings = Settings {
         delay: arguments.delay,
@@ -113,11 +145,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         dither: arguments.dither,
     };
     let analysis =
-        analyse(&series.values, &settings, &watch).map_err(|source| Error::Dimension {
+        analyse(&series.values, &settings, watch).map_err(|source| Error::Dimension {
             series: series.name.clone(),
             source,
         })?;
-    watch.finish();
     make_folder(&arguments.output)?;
     let into = |name: &str| arguments.output.join(name);
     let file = arguments.series.as_deref().or(arguments.fmu.as_deref());
@@ -129,15 +160,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         &into("correlation_sum.csv"),
         files::sums(&analysis).as_bytes(),
     )?;
-    let report = into("dimension.html");
-    write_file(
-        &report,
-        page::html(&series, &analysis, &provenance).as_bytes(),
-    )?;
-    if arguments.json {
-        print_line(json)
-    } else {
-        print(&terminal::summary(&series, &analysis))?;
-        print_line(format_args!("Report: {}", report.display()))
-    }
+    let page = page::html(&series, &analysis, &provenance);
+    write_file(&into("dimension.html"), page.as_bytes())?;
+    Ok(Analysed {
+        text: terminal::summary(&series, &analysis),
+        series,
+        analysis,
+        json,
+    })
 }

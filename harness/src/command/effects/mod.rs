@@ -39,8 +39,39 @@ pub struct Arguments {
     at: OperatingOptions,
 }
 
+/// Effects of an FMU.
+#[derive(Debug)]
+pub struct Listed {
+    /// All of them, or the one asked for, as JSON.
+    pub json: Value,
+    /// The list, or the card of the one asked for.
+    pub text: String,
+    /// The page that was written.
+    pub report: Option<PathBuf>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let found = perform(arguments)?;
+    // JSON stays alone on the standard output.
+    if arguments.json {
+        return print_line(
+            serde_json::to_string_pretty(&found.json).expect("numbers and texts have a JSON form"),
+        );
+    }
+    print(&found.text)?;
+    match &found.report {
+        Some(file) => print_line(format_args!("Report: {}", file.display())),
+        None => Ok(()),
+    }
+}
+
+/// Lists or explains, and writes the page where one is asked for.
+///
+/// # Errors
+/// Options or an FMU that can't be used, an effect that it does not have, a folder that can't be
+/// written.
+pub fn perform(arguments: &Arguments) -> Result<Listed, Error> {
     if arguments.at.is_given() && arguments.output.is_none() {
         return Err(Error::Option {
             option: "--output",
@@ -64,32 +95,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Some(id) => vec![&catalogue[find(&catalogue, id, &path)?]],
         None => catalogue.iter().collect(),
     };
+    let mut report = None;
     if let (Some(folder), [effect]) = (&arguments.output, &chosen[..]) {
         let html = page::html(&fmu, effect, &arguments.at.read()?)?;
         make_folder(folder)?;
         let file = folder.join(format!("{}.html", effect.id));
         write_file(&file, html.as_bytes())?;
-        // JSON stays alone on the standard output.
-        if !arguments.json {
-            print(&card(effect))?;
-            return print_line(format!("Report: {}", file.display()));
-        }
+        report = Some(file);
     }
-    if arguments.json {
-        let list: Vec<Value> = chosen.iter().map(|c| to_json(c)).collect();
-        let value = if arguments.id.is_some() {
-            list[0].clone()
-        } else {
-            Value::Array(list)
-        };
-        print_line(
-            serde_json::to_string_pretty(&value).expect("numbers and texts have a JSON form"),
-        )
-    } else if arguments.id.is_some() {
-        print(&card(chosen[0]))
+    let (json, text) = if arguments.id.is_some() {
+        (to_json(chosen[0]), card(chosen[0]))
     } else {
-        print(&list(&chosen, arguments.library))
-    }
+        let all = chosen.iter().map(|c| to_json(c)).collect();
+        (Value::Array(all), list(&chosen, arguments.library))
+    };
+    Ok(Listed { json, text, report })
 }
 
 /// Index in the catalogue of the effect with an identifier.

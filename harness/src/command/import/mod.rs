@@ -14,7 +14,9 @@ use crate::error::Error;
 use crate::file_kind::{Wanted as Kind, explain};
 use crate::measurement::Campaign;
 use crate::measurement::logger::{self, Imported, Input, Source, Wanted};
-use crate::output::print_line;
+use crate::output::print;
+
+pub use toml_file::Entry;
 
 /// Options of `import`.
 #[derive(Debug, Args)]
@@ -92,6 +94,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             .iter()
             .try_for_each(|file| list::show(&logger::read(file)?));
     }
+    print(&perform(arguments)?)
+}
+
+/// Imports and writes the campaign; tells what was understood.
+///
+/// # Errors
+/// Options or files that can't be used, a folder that is not empty or can't be written.
+pub fn perform(arguments: &Arguments) -> Result<String, Error> {
     let Some(output) = &arguments.output else {
         return Err(Error::Usage {
             problem: "import needs -o CAMPAIGN, the folder to write".into(),
@@ -100,29 +110,57 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     must_be_free(output)?;
     let beam = arguments.beam.as_deref().map(beam_of).transpose()?;
     let wanted = wanted(arguments)?;
-    let (mut runs, mut lines) = (Vec::new(), Vec::new());
+    let (mut runs, mut told) = (Vec::new(), String::new());
     for (file, wanted) in arguments.files.iter().zip(&wanted) {
         let run = logger::read(file)?.import(wanted)?;
         let name = file.file_name().unwrap_or(file.as_os_str());
-        lines.push(format!("{}: {}", name.display(), run.understood));
+        let _ = writeln!(told, "{}: {}", name.display(), run.understood);
         runs.push(run);
     }
-    let names = run_names(&arguments.files);
-    let sources: Vec<toml_file::Entry> = names
+    let stems = arguments.files.iter().map(|file| {
+        let stem = file.file_stem().unwrap_or(file.as_os_str());
+        stem.to_string_lossy().into_owned()
+    });
+    let names = run_names(stems);
+    let sources: Vec<Entry> = names
         .iter()
         .zip(&arguments.files)
         .zip(&runs)
-        .map(|((name, file), run)| toml_file::Entry { name, file, run })
+        .map(|((name, file), run)| Entry { name, file, run })
         .collect();
-    let title = arguments.name.clone().unwrap_or_else(|| {
-        let name = output.file_name().unwrap_or(output.as_os_str());
-        name.to_string_lossy().into_owned()
-    });
+    write(output, arguments.name.as_deref(), beam.as_deref(), &sources)?;
+    let samples: usize = runs.iter().map(|run| run.time.len()).sum();
+    let place = output.display();
+    let _ = writeln!(
+        told,
+        "{place}: {} run(s), {samples} samples. Next: stickslip check {place}",
+        runs.len()
+    );
+    if beam.is_none() {
+        told += "Fill in [beam] in campaign.toml before `diagnose`: nothing is known of the structure yet.\n";
+    }
+    Ok(told)
+}
+
+/// Writes a campaign of these runs; `beam` is the text of the tables [`beam_of_text`] keeps. Without a name it has the
+/// folder's.
+///
+/// # Errors
+/// A folder that is not empty or can't be written; runs that can't be used, of which nothing is left behind.
+pub fn write(
+    output: &Path,
+    name: Option<&str>,
+    beam: Option<&str>,
+    runs: &[Entry],
+) -> Result<(), Error> {
+    let folder = output.file_name().unwrap_or(output.as_os_str());
+    let folder = folder.to_string_lossy();
+    let title = name.unwrap_or(&folder);
     let mut files = vec![(
         "campaign.toml".to_owned(),
-        toml_file::text(&title, beam.as_deref(), &sources).into_bytes(),
+        toml_file::text(title, beam, runs).into_bytes(),
     )];
-    for (name, run) in names.iter().zip(&runs) {
+    for Entry { name, run, .. } in runs {
         files.push((format!("{name}.csv"), csv(run).into_bytes()));
     }
     // What `check` and `compare` could not read is not left behind.
@@ -130,7 +168,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Campaign::load(folder).map(drop).map_err(|error| {
             let place = format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR);
             Error::LoggerFile {
-                path: output.clone(),
+                path: output.to_owned(),
                 channel: None,
                 problem: format!(
                     "the campaign can't be used: {}",
@@ -139,21 +177,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
                 remedy: "nothing was written".into(),
             }
         })
-    })?;
-    lines.into_iter().try_for_each(print_line)?;
-    let samples: usize = runs.iter().map(|run| run.time.len()).sum();
-    print_line(format_args!(
-        "{}: {} run(s), {samples} samples. Next: stickslip check {}",
-        output.display(),
-        runs.len(),
-        output.display()
-    ))?;
-    if beam.is_none() {
-        print_line(
-            "Fill in [beam] in campaign.toml before `diagnose`: nothing is known of the structure yet.",
-        )?;
-    }
-    Ok(())
+    })
 }
 
 /// The run's samples, in SI units and full precision.
@@ -185,12 +209,11 @@ fn csv(run: &Imported) -> String {
     text
 }
 
-/// Names of the runs: the files' without suffix, made unlike and fit for any file system.
-fn run_names(files: &[PathBuf]) -> Vec<String> {
+/// Names made unlike and fit for files on any file system.
+pub fn run_names(wanted: impl IntoIterator<Item = String>) -> Vec<String> {
     let mut taken: HashMap<String, usize> = HashMap::new();
     let mut names = Vec::new();
-    for file in files {
-        let stem = file.file_stem().unwrap_or(file.as_os_str());
+    for name in wanted {
         let fits = |c: char| {
             if c.is_alphanumeric() || "-_.".contains(c) {
                 c
@@ -198,7 +221,7 @@ fn run_names(files: &[PathBuf]) -> Vec<String> {
                 '_'
             }
         };
-        let name: String = stem.to_string_lossy().chars().map(fits).collect();
+        let name: String = name.chars().map(fits).collect();
         // File systems may take capitals for small letters.
         let count = taken.entry(name.to_lowercase()).or_default();
         *count += 1;
@@ -343,7 +366,17 @@ fn named(text: &str) -> (Option<String>, &str) {
 
 /// The tables `[beam]`, `[uncertainty]` and `[rig]` of a TOML file, as text.
 fn beam_of(path: &Path) -> Result<String, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::read(path))?;
+    beam_of_text(
+        &std::fs::read_to_string(path).map_err(Error::read(path))?,
+        path,
+    )
+}
+
+/// The tables `[beam]`, `[uncertainty]` and `[rig]` of a TOML text, as text; `path` is for messages.
+///
+/// # Errors
+/// A text that is not TOML or has no `[beam]`.
+pub fn beam_of_text(text: &str, path: &Path) -> Result<String, Error> {
     let wrong = |line: usize, problem: String| {
         let error = Error::CampaignFile {
             path: path.to_owned(),

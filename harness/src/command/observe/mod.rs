@@ -92,8 +92,35 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What the observer finds.
+#[derive(Debug)]
+pub struct Observed {
+    /// The whole.
+    pub observation: Observation,
+    /// The results without the columns.
+    pub json: String,
+    /// The summary.
+    pub text: String,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let found = perform(arguments)?;
+    if arguments.json {
+        print_line(&found.json)
+    } else {
+        print(&found.text)?;
+        let report = arguments.output.join("observer.html");
+        print_line(format_args!("Report: {}", report.display()))
+    }
+}
+
+/// Observes and writes the files.
+///
+/// # Errors
+/// Options or a run that can't be used, a beam of which too little is known, a folder that can't be
+/// written.
+pub fn perform(arguments: &Arguments) -> Result<Observed, Error> {
     let said = arguments.at.read()?;
     let campaign = load(arguments, &said)?;
     let run = find(&campaign, arguments)?;
@@ -133,14 +160,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(table) = files::table(&observation) {
         write_file(&into("friction_table.set"), table.as_bytes())?;
     }
-    let report = into("observer.html");
-    write_file(&report, page::html(&observation, &provenance).as_bytes())?;
-    if arguments.json {
-        print_line(files::json(&observation, &provenance))
-    } else {
-        print(&terminal::summary(&observation))?;
-        print_line(format_args!("Report: {}", report.display()))
-    }
+    let page = page::html(&observation, &provenance);
+    write_file(&into("observer.html"), page.as_bytes())?;
+    Ok(Observed {
+        json: files::json(&observation, &provenance),
+        text: terminal::summary(&observation),
+        observation,
+    })
 }
 
 /// What is known of the run: from `--campaign`, or from `--beam` with belt velocity and normal force.

@@ -127,31 +127,95 @@ const LONGEST_PERIOD: f64 = 1e4;
 /// Threads that may be started.
 const MOST_THREADS: usize = 1024;
 
+/// What a study finds.
+#[derive(Debug)]
+pub struct Swept {
+    /// The table and the coexisting motions.
+    pub json: String,
+    /// The summary.
+    pub text: String,
+    /// Displacements in m at the section points, row by row.
+    pub section: Vec<Vec<f64>>,
+}
+
 /// Runs the command.
+///
+/// # Errors
+/// As [`perform`].
+pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.plan {
+        return print_line(planned(arguments)?);
+    }
+    let progress = Progress::new(Progress::STEPS);
+    let found = perform(arguments, &progress);
+    progress.finish();
+    let found = found?;
+    if arguments.json {
+        print_line(&found.json)
+    } else {
+        print(&found.text)?;
+        let report = arguments.output.join("sweep.html");
+        print_line(format_args!("Report: {}", report.display()))
+    }
+}
+
+/// The points still to be computed, as JSON, and a folder prepared for them.
+///
+/// # Errors
+/// Names, ranges or folders that can't be used.
+pub fn planned(arguments: &Arguments) -> Result<String, Error> {
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let plan = plan_of(arguments, &fmu)?;
+    let rows = plan.rows();
+    Store::open(&arguments.output, &plan, &rows)?;
+    Ok(json::tasks(&plan, &rows, &arguments.output))
+}
+
+/// Computes the points of one chain only, on one thread, into the folder of the options: no tables are
+/// sorted, nothing is drawn. For clusters, whose workers have folders of their own.
+///
+/// # Errors
+/// As [`perform`]; a chain that the study does not have.
+pub fn perform_chain(arguments: &Arguments, chain: usize, watch: &dyn Watch) -> Result<(), Error> {
+    let fmu = super::open_fmu(arguments.fmu.as_deref())?;
+    let plan = plan_of(arguments, &fmu)?;
+    let rows = plan.rows();
+    let mut chains = plan.chains(&rows);
+    if chain >= chains.len() {
+        return Err(Error::Option {
+            option: "--plan",
+            value: format!("chain {chain}"),
+            rule: format!("is not among the {} of this study", chains.len()),
+        });
+    }
+    let mut store = Store::open(&arguments.output, &plan, &rows)?;
+    compute_chains(
+        &plan,
+        &rows,
+        vec![chains.swap_remove(chain)],
+        &mut store,
+        (1, &arguments.output),
+        watch,
+    )
+}
+
+/// Computes the study and writes its files.
 ///
 /// # Errors
 /// Names, ranges or folders that can't be used; a disk that is full; a stop by the user. Points that fail are no error:
 /// they are in the table with their reasons.
-pub fn run(arguments: &Arguments) -> Result<(), Error> {
+pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Swept, Error> {
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let plan = plan_of(arguments, &fmu)?;
     let rows = plan.rows();
-    if arguments.plan {
-        Store::open(&arguments.output, &plan, &rows)?;
-        return print_line(json::tasks(&plan, &rows, &arguments.output));
-    }
     let threads = threads(arguments.threads)?;
     let into = |name: &str| arguments.output.join(name);
-    let progress = Progress::new(Progress::STEPS);
-    let store = compute(&plan, &rows, &arguments.output, threads, &progress);
-    let branches = match &store {
-        Ok(store) if arguments.orbits => {
-            orbits::find(&plan, &rows, &store.done, &store.carried, &progress)
-        }
-        _ => Branches::default(),
+    let store = compute(&plan, &rows, &arguments.output, threads, watch)?;
+    let branches = if arguments.orbits {
+        orbits::find(&plan, &rows, &store.done, &store.carried, watch)
+    } else {
+        Branches::default()
     };
-    progress.finish();
-    let store = store?;
     if arguments.orbits {
         write_file(
             &into("orbits.csv"),
@@ -168,12 +232,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let provenance = Provenance::of(&files)?;
     let html = page::html(&study, &provenance);
     write_file(&into("sweep.html"), html.as_bytes())?;
-    if arguments.json {
-        print_line(json::results(&study, &provenance))
-    } else {
-        print(&terminal::summary(&study))?;
-        print_line(format_args!("Report: {}", into("sweep.html").display()))
-    }
+    Ok(Swept {
+        json: json::results(&study, &provenance),
+        text: terminal::summary(&study),
+        section: study.section,
+    })
 }
 
 /// A finished study.
@@ -237,15 +300,29 @@ pub fn compute(
     watch: &dyn Watch,
 ) -> Result<Store, Error> {
     let mut store = Store::open(folder, plan, rows)?;
-    let chains: Vec<Chain> = plan
-        .chains(rows)
-        .into_iter()
-        .filter_map(|chain| remaining(chain, &store))
-        .collect();
-    let mut done = store.done.iter().filter(|r| r.is_some()).count();
+    let chains = plan.chains(rows);
+    compute_chains(plan, rows, chains, &mut store, (threads, folder), watch)?;
+    store.sort(plan, rows)?;
+    Ok(store)
+}
+
+/// Computes what is not done yet of these chains on so many threads; the folder is for messages.
+fn compute_chains(
+    plan: &Plan,
+    rows: &[Row],
+    chains: Vec<Chain>,
+    store: &mut Store,
+    (threads, folder): (usize, &Path),
+    watch: &dyn Watch,
+) -> Result<(), Error> {
+    let of = chains.iter().map(|chain| chain.tasks.len()).sum();
+    let left = chains.into_iter().filter_map(|c| remaining(c, store));
+    let chains: Vec<Chain> = left.collect();
+    let ahead: usize = chains.iter().map(|chain| chain.tasks.len()).sum();
+    let mut done = of - ahead;
     let mut problem = None;
     let mut stopped = false;
-    watch.step("points", done, rows.len());
+    watch.step("points", done, of);
     beam_physics::sweep::run(&chains, &plan.rule, threads, |outcome| {
         let motion = outcome.motion.as_ref().map_err(ToString::to_string);
         if let Err(error) = store.add(outcome.id, &rows[outcome.id], motion) {
@@ -253,23 +330,22 @@ pub fn compute(
             return false;
         }
         done += 1;
-        watch.step("points", done, rows.len());
+        watch.step("points", done, of);
         stopped = watch.stop();
         !stopped
     });
     if let Some(error) = problem {
         return Err(error);
     }
-    if stopped && done < rows.len() {
+    if stopped && done < of {
         return Err(Error::Stopped {
             what: "points",
             done,
-            of: rows.len(),
+            of,
             folder: folder.into(),
         });
     }
-    store.sort(plan, rows)?;
-    Ok(store)
+    Ok(())
 }
 
 /// A chain without what is done, carrying on from there; `None` where nothing is left.

@@ -24,18 +24,20 @@ use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::watch::{Silent, Watch};
+use std::ops::Range;
 
 /// Seed of the noise: the same campaign gives the same distribution.
 const SEED: u64 = 1992;
 
-/// Largest gains over `base` of an effect more, in `count` simulated campaigns.
+/// Largest gains over `base` of an effect more, in those of the simulated campaigns that `which` numbers. A campaign is the same
+/// whichever others are simulated.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub fn largest_gains(
     problem: &Problem,
     base: &FittedModel,
-    count: usize,
+    which: Range<usize>,
     watch: &dyn Watch,
 ) -> Result<Vec<f64>, Error> {
     let all = problem.fit_segments(1);
@@ -59,8 +61,7 @@ pub fn largest_gains(
     let of_screen = Screen::new(problem).indices;
     let mut random = fastrand::Rng::with_seed(SEED);
     let mut gains = Vec::new();
-    for done in 0..count {
-        watch.step("simulating what chance alone would gain", done, count);
+    for number in 0..which.end {
         let mut segments = measured.clone();
         for (segment, clean) in segments.iter_mut().zip(&predicted) {
             let std = problem.noise[segment.run];
@@ -68,6 +69,11 @@ pub fn largest_gains(
                 *value = y + std * gaussian(&mut random);
             }
         }
+        // The noise of those before it is drawn all the same.
+        let Some(done) = number.checked_sub(which.start) else {
+            continue;
+        };
+        watch.step("simulating what chance alone would gain", done, which.len());
         let h = problem.hypothesis(&base.choices)?;
         let start = on_all.fit.point.clone();
         let again = continued(problem, h, &segments, start, full_refit::last_options())?;

@@ -23,6 +23,7 @@ use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::{Silent, Watch};
+use std::ops::Range;
 
 /// Single effects that are judged on the runs kept out, the best ones.
 const SINGLES_JUDGED: usize = 8;
@@ -100,6 +101,13 @@ impl Selection {
         self.beyond = self.beyond.take().or(beyond);
     }
 
+    /// Takes the gains by chance into account, for each step of the path those of all simulated campaigns.
+    pub fn judge_by_chance(&mut self, gains: Vec<Vec<f64>>) {
+        let all = gains.iter().flatten().copied();
+        self.threshold = all.fold(self.threshold, f64::max);
+        self.by_chance = gains;
+    }
+
     /// The effects that were named by hand, in words; `None` where the catalogue was searched.
     pub fn tried_by_hand(&self, problem: &Problem) -> Option<String> {
         if !self.by_hand {
@@ -134,6 +142,9 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         ..
     } = explore(problem, &screen, watch)?;
     let stopped = watch.stop();
+    if stopped && watch.discards() {
+        return Err(Error::Discarded);
+    }
     watch.stage(stages::ALL_DATA);
     let mut all: Vec<&mut FittedModel> = std::iter::once(&mut calibrated)
         .chain(&mut singles)
@@ -240,16 +251,30 @@ pub fn calibrate_threshold(
     count: usize,
     watch: &dyn Watch,
 ) -> Result<(), Error> {
-    for search in 0..selection.path.len().max(1) {
+    let gains = gains_by_chance(problem, selection, 0..count, watch)?;
+    selection.judge_by_chance(gains);
+    Ok(())
+}
+
+/// The largest gains by chance for each step of the path, in those of the simulated campaigns that `which` numbers.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn gains_by_chance(
+    problem: &Problem,
+    selection: &Selection,
+    which: Range<usize>,
+    watch: &dyn Watch,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let steps = 0..selection.path.len().max(1);
+    let of_step = |search: usize| {
         let base = match search {
             0 => &selection.calibrated,
             _ => &selection.path[search - 1],
         };
-        let gains = bootstrap::largest_gains(problem, base, count, watch)?;
-        selection.threshold = gains.iter().copied().fold(selection.threshold, f64::max);
-        selection.by_chance.push(gains);
-    }
-    Ok(())
+        bootstrap::largest_gains(problem, base, which.clone(), watch)
+    };
+    steps.map(of_step).collect()
 }
 
 /// Judges the best candidates on the runs kept out, briefly; not those that fit worse than the reference model.

@@ -10,6 +10,7 @@ mod kind;
 mod mat5;
 mod names;
 mod parquet;
+mod samples;
 mod tdms;
 mod uff;
 mod wav;
