@@ -92,6 +92,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             .iter()
             .try_for_each(|file| list::show(&logger::read(file)?));
     }
+    write(arguments)?.into_iter().try_for_each(print_line)
+}
+
+/// Writes the campaign; what is to be told of it, line by line.
+///
+/// # Errors
+/// A file that can't be read or imported, a folder that can't be written.
+pub fn write(arguments: &Arguments) -> Result<Vec<String>, Error> {
     let Some(output) = &arguments.output else {
         return Err(Error::Usage {
             problem: "import needs -o CAMPAIGN, the folder to write".into(),
@@ -140,20 +148,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
             }
         })
     })?;
-    lines.into_iter().try_for_each(print_line)?;
     let samples: usize = runs.iter().map(|run| run.time.len()).sum();
-    print_line(format_args!(
+    lines.push(format!(
         "{}: {} run(s), {samples} samples. Next: stickslip check {}",
         output.display(),
         runs.len(),
         output.display()
-    ))?;
+    ));
     if beam.is_none() {
-        print_line(
-            "Fill in [beam] in campaign.toml before `diagnose`: nothing is known of the structure yet.",
-        )?;
+        lines.push(
+            "Fill in [beam] in campaign.toml before `diagnose`: nothing is known of the structure yet."
+                .into(),
+        );
     }
-    Ok(())
+    Ok(lines)
 }
 
 /// The run's samples, in SI units and full precision.
