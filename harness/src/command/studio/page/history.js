@@ -86,7 +86,7 @@ export function outcome(found, act) {
     const rows = best.map((s) => {
       const on = element('button', {}, 'Switch on');
       on.setAttribute('aria-label', `Switch ${s.id} on`);
-      on.addEventListener('click', () => act.switchOn(s.id));
+      on.addEventListener('click', () => act.switchOn(s.id, s.start));
       const gain = cell(s.gain.toPrecision(4));
       const bar = element('span', { className: 'bar' });
       bar.style.width = `${Math.max(0, 100 * s.gain / most)}%`;

@@ -156,7 +156,12 @@ const act = {
   forget: async (rung) => { try { await post('api/forget', { rung: rung.id }); } catch (error) { warn(error.message); } },
   exported: (rung) => order({ kind: 'export', rung: rung.id }),
   beside: (side, id) => { state.pair[side] = id; compareWith(); showLadder(); },
-  switchOn: (id) => { state.draft.effects[id] = {}; showControls(); changed(); byId(`effect-${id}`)?.focus(); },
+  switchOn: (id, start) => {
+    if (start) state.draft = copy(start); else state.draft.effects[id] = {};
+    showControls();
+    changed();
+    byId(`effect-${id}`)?.focus();
+  },
 };
 function showLadder() {
   history.ladder({ ...state.board, base: state.base }, state.pair, act);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::Serialize;
 
 use super::{Bench, Finding, as_fitted, settled};
-use crate::command::studio::model::Draft;
+use crate::command::studio::model::{Draft, draft as draft_of};
 use crate::diagnose::initialisation::score_test::{At, is_testable, promise};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
@@ -25,6 +25,8 @@ pub struct Score {
     pub gain: f64,
     /// Expected fall of the negative logarithm of the likelihood, nats.
     pub fall: f64,
+    /// The model with it switched on where a fit can begin, for what repeats: at its strongest line, with a phase in each run.
+    pub start: Option<Draft>,
 }
 
 /// Tests every effect that is off.
@@ -64,16 +66,29 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
             base: &fitted,
         };
         let found = promise(problem, &choices, at, at)?;
-        let id = &problem.catalogue[choice.effect].id;
+        let card = &problem.catalogue[choice.effect];
+        let id = &card.id;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         desk.progress(|p| {
             p.share = Some(done as f64 / jobs.len() as f64);
             p.words = format!("{done} of {}: {id}", jobs.len());
         });
-        Ok(found.filter(|f| f.gain.is_finite()).map(|found| Score {
+        let Some(found) = found.filter(|f| f.gain.is_finite()) else {
+            return Ok(None);
+        };
+        let start = match card.repeats() && found.gain > 0.0 {
+            true => Some(draft_of(
+                problem,
+                &problem.hypothesis(&choices)?,
+                &found.start,
+            )),
+            false => None,
+        };
+        Ok(Some(Score {
             id: id.clone(),
             gain: found.gain,
             fall: found.fall,
+            start,
         }))
     })?;
     let mut scores: Vec<Score> = scores.into_iter().flatten().collect();
