@@ -10,6 +10,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
 
+use super::server::LARGEST_FILE;
 use crate::error::Error;
 
 /// Bytes of the token.
@@ -66,6 +67,12 @@ impl Guard {
         let site = headers.get("sec-fetch-site").map(HeaderValue::as_bytes);
         if !site.is_none_or(|site| site == b"same-origin" || site == b"none") {
             return Some((StatusCode::FORBIDDEN, "another page asks"));
+        }
+        let length = text(header::CONTENT_LENGTH).and_then(|l| std::str::from_utf8(l).ok());
+        let length = length.and_then(|l| l.parse::<usize>().ok());
+        if length.is_some_and(|length| length > LARGEST_FILE) {
+            // Before a byte of it is read.
+            return Some((StatusCode::PAYLOAD_TOO_LARGE, "too large"));
         }
         let token = path.trim_start_matches('/').split('/').next();
         if !token.is_some_and(|t| same(t.as_bytes(), self.token.as_bytes())) {

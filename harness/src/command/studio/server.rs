@@ -27,7 +27,7 @@ use crate::report::plotly_script;
 /// Largest request in bytes; a draft has some kilobytes, with values along the belt some hundred.
 const LARGEST_REQUEST: usize = 4 << 20;
 /// Largest file dropped on the page.
-const LARGEST_FILE: usize = 256 << 20;
+pub const LARGEST_FILE: usize = 256 << 20;
 /// How long a page waits for a change of the board before it asks again.
 const PATIENCE: Duration = Duration::from_secs(15);
 

@@ -85,7 +85,7 @@ export function outcome(found, act) {
     const most = Math.max(...best.map((s) => s.gain), 1e-9);
     const rows = best.map((s) => {
       const on = element('button', {}, 'Switch on');
-      on.setAttribute('aria-label', `Switch ${s.id} on`);
+      on.setAttribute('aria-label', `Switch on ${s.id}`);
       on.addEventListener('click', () => act.switchOn(s.id, s.start));
       const gain = cell(s.gain.toPrecision(4));
       const bar = element('span', { className: 'bar' });

@@ -61,12 +61,17 @@ function redraw() {
   if (!linked) { plots.link(); linked = true; }
 }
 
+/** Asks for the model on the page; what is shown until the answer comes is that of before. */
+function ask(careful) {
+  document.body.dataset.settled = 'false';
+  predict(question(careful));
+}
+
 /** The draft has changed: predicts at once, and with care once it rests. */
 function changed() {
-  document.body.dataset.settled = 'false';
-  predict(question(false));
+  ask(false);
   clearTimeout(resting);
-  resting = setTimeout(() => predict(question(true)), REST);
+  resting = setTimeout(() => ask(true), REST);
 }
 
 function compareWith() {
@@ -82,7 +87,7 @@ function chooseRun(index) {
   plots.unzoom();
   showRuns();
   showControls();
-  predict(question(true));
+  ask(true);
   compareWith();
 }
 
@@ -121,7 +126,7 @@ async function openCampaign(board) {
     segments: `${state.campaign.segments}, horizon ${(1e3 * state.campaign.horizon_s).toPrecision(3)} ms` };
   byId('about').replaceChildren(...Object.entries(about).flatMap(([k, v]) => [element('dt', {}, k), element('dd', {}, v)]),
     ...state.campaign.remarks.flatMap((r) => [element('dt', {}, 'remark'), element('dd', {}, r)]));
-  predict(question(true));
+  ask(true);
 }
 
 const order = async (job) => {
@@ -152,7 +157,7 @@ function showProgress(progress) {
 }
 
 const act = {
-  restore: (rung) => { adopt(rung.draft, rung.id); state.board.base = rung.id; predict(question(true)); showLadder(); },
+  restore: (rung) => { adopt(rung.draft, rung.id); state.board.base = rung.id; ask(true); showLadder(); },
   forget: async (rung) => { try { await post('api/forget', { rung: rung.id }); } catch (error) { warn(error.message); } },
   exported: (rung) => order({ kind: 'export', rung: rung.id }),
   beside: (side, id) => { state.pair[side] = id; compareWith(); showLadder(); },
@@ -178,10 +183,10 @@ async function follow(next) {
   if (next.is_open && state.draft) {
     if (next.progress?.draft) {
       adopt(next.progress.draft, state.base);
-      predict(question(false));
+      ask(false);
     } else if (ended && moved) {
       adopt(next.draft, next.base);
-      predict(question(true));
+      ask(true);
     } else if (before && next.shown.turn !== before.shown.turn && next.shown.client !== client) {
       adopt(next.draft, next.base);
       predict({ ...question(true), shown: false });
