@@ -1,4 +1,4 @@
-"""Makes studio.png: the studio with the demonstration, the hidden effect switched on and fitted.
+"""Makes studio.png: the studio with the demonstration, the hidden effect as the score test saw it, fitted.
 
     pip install playwright; python docs/figures/studio.py target/release/stickslip
 
@@ -26,14 +26,16 @@ with tempfile.TemporaryDirectory() as output, sync_playwright() as playwright:
         page.goto(address)
         settled = page.locator("body[data-settled=true]")
         settled.wait_for(timeout=WAIT)
-        page.locator("#effect-belt_periodic_friction").check()
+        page.locator("#score").click()
+        page.get_by_role("button", name="Switch on belt_periodic_friction").click(timeout=WAIT)
         settled.wait_for(timeout=WAIT)
-        page.locator("#runs button").nth(2).click()
+        page.locator("#runs button").nth(0).click()
         page.locator("#fit").click()
         page.locator("#ladder tbody tr").nth(1).wait_for(timeout=WAIT)
         settled.wait_for(timeout=WAIT)
         page.get_by_role("button", name="Close").first.click()
-        page.wait_for_timeout(1000)
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(1500)
         page.screenshot(path=HERE / "studio.png")
         browser.close()
     finally:

@@ -46,7 +46,7 @@ pub struct Arguments {
     /// Print the address and leave the browser alone
     #[arg(long)]
     no_open: bool,
-    /// End by itself after so many seconds, for scripts
+    /// End by itself after so many seconds and open no browser, for scripts
     #[arg(long, value_name = "S")]
     end_after: Option<f64>,
     #[command(flatten)]
@@ -88,6 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let closing = AtomicBool::new(false);
     print_line(format_args!("Studio: {page} (Ctrl-C ends it)"))?;
     if !arguments.no_open
+        && end_after.is_none()
         && let Err(error) = open::that_detached(&page)
     {
         tell(format_args!(
