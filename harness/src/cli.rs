@@ -7,7 +7,7 @@ use clap::{Arg, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::command::{
     blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, import, new,
-    observe, pack, simulate, sweep, system, try_effects,
+    observe, pack, simulate, studio, sweep, system, try_effects,
 };
 
 use crate::error::Error;
@@ -43,6 +43,8 @@ pub enum Command {
     Diagnose(diagnose::Arguments),
     /// Add effects to the calibrated model by hand, one step of the error ladder at a time
     Try(try_effects::Arguments),
+    /// Work with campaign, effects and error on one page in the browser, live
+    Studio(studio::Arguments),
     /// Diagnose every campaign of a folder with known answers, and count
     BlindTest(blind_test::Arguments),
     /// Estimate friction force and friction characteristic from one measured run
@@ -63,10 +65,48 @@ pub enum Command {
     CrossCheck(cross_check::Arguments),
 }
 
+/// The commands by what a user wants; each stands in one group.
+pub const GROUPS: [(&str, &[&str]); 5] = [
+    ("Measure", &["new", "import", "check"]),
+    ("Compare", &["demo", "compare", "simulate"]),
+    (
+        "Diagnose",
+        &["studio", "diagnose", "try", "observe", "blind-test"],
+    ),
+    ("Study", &["effects", "sweep", "figures", "dimension"]),
+    ("Exchange", &["pack", "system", "cross-check"]),
+];
+
+/// The page of `--help`, its commands in groups.
+fn help_template(command: &clap::Command) -> String {
+    use std::fmt::Write as _;
+    let widest = command.get_subcommands().map(|c| c.get_name().len()).max();
+    let wide = widest.unwrap_or(0);
+    let mut text = String::from("{about-with-newline}\n{usage-heading} {usage}\n");
+    for (group, names) in GROUPS {
+        let _ = write!(text, "\n{group}:\n");
+        for sub in names
+            .iter()
+            .filter_map(|name| command.find_subcommand(name))
+        {
+            let about = sub.get_about().map(ToString::to_string);
+            let _ = writeln!(
+                text,
+                "  {:<wide$}  {}",
+                sub.get_name(),
+                about.unwrap_or_default()
+            );
+        }
+    }
+    text + "\nOptions:\n{options}\n\n{after-help}\n"
+}
+
 /// The command line's definition. Every option that takes numbers takes negative ones: clap alone takes `-1e-5` and
 /// `-1,2` for options that do not exist.
 pub fn command() -> clap::Command {
-    Cli::command().mut_subcommands(|command| {
+    let command = Cli::command();
+    let template = help_template(&command);
+    command.help_template(template).mut_subcommands(|command| {
         command.mut_args(|arg| {
             if takes_numbers(&arg) {
                 arg.allow_hyphen_values(true)
@@ -128,4 +168,19 @@ fn one_line(message: &str) -> String {
         line += part.trim_start_matches("error: ");
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_stands_in_one_group_of_the_help() {
+        let definition = command();
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|group| group.1).copied().collect();
+        let mut all: Vec<&str> = definition.get_subcommands().map(|c| c.get_name()).collect();
+        grouped.sort_unstable();
+        all.sort_unstable();
+        assert_eq!(grouped, all);
+    }
 }

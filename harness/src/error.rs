@@ -558,6 +558,64 @@ pub enum Error {
         /// What for.
         purpose: &'static str,
     },
+    /// A value given on the studio's page that its parameter can't have.
+    #[error("{name} = {value} {unit} lies outside {min} to {max} {unit}; give a value within")]
+    StudioValue {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: f64,
+        /// Smallest value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+        /// Unit of all three.
+        unit: String,
+    },
+    /// A history of tries that can't be read.
+    #[error("{}: not a history that this version reads: {problem}; move it away, or give another folder with -o", path.display())]
+    StudioState {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A rung of the ladder that is not there.
+    #[error(
+        "the ladder has no rung {id} that this can be done with; reload the page to see those there are"
+    )]
+    NoRung {
+        /// Its number.
+        id: u64,
+    },
+    /// Work asked for while other work runs.
+    #[error("{running} is at work; wait for it, or cancel it")]
+    StudioBusy {
+        /// What runs.
+        running: String,
+    },
+    /// Something asked of the studio while no campaign is open.
+    #[error("no campaign is open: {why}; mend it and reload, or drop a file on the page")]
+    StudioClosed {
+        /// Why.
+        why: String,
+    },
+    /// A part of the program that gave up.
+    #[error("internal error: {problem}; the page goes on, please report what was done")]
+    Internal {
+        /// What it said.
+        problem: String,
+    },
+    /// A port of this computer that can't be listened on.
+    #[error(
+        "cannot listen on 127.0.0.1:{port}: {source}; give another --port, or 0 for any that is free"
+    )]
+    Port {
+        /// The port.
+        port: u16,
+        /// The system's reason.
+        source: std::io::Error,
+    },
     /// A run that the campaign does not list.
     #[error("{}: no run of this campaign has the file {}; it has {}", campaign.display(), run.display(), known.join(", "))]
     RunNotInCampaign {

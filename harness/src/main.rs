@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use stickslip::cli::{Asked, Command, parse};
 use stickslip::command::{
     blind_test, check, compare, cross_check, demo, diagnose, dimension, effects, import, new,
-    observe, pack, simulate, sweep, system, try_effects,
+    observe, pack, simulate, studio, sweep, system, try_effects,
 };
 use stickslip::error::Error;
 use stickslip::exit::Exit;
@@ -47,6 +47,7 @@ fn run() -> Result<(), Error> {
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Try(arguments)) => try_effects::run(&arguments),
+        Some(Command::Studio(arguments)) => studio::run(&arguments),
         Some(Command::BlindTest(arguments)) => blind_test::run(&arguments),
         Some(Command::Observe(arguments)) => observe::run(&arguments),
         Some(Command::Dimension(arguments)) => dimension::run(&arguments),

@@ -31,6 +31,10 @@ fn bases(command: &str, files: &Files) -> Vec<Base> {
         "check" => vec![vec![("campaign", campaign)]],
         "compare" | "diagnose" => vec![line(&[("campaign", &campaign)])],
         "try" => vec![line(&[("campaign", &campaign), ("add", "third_mode")])],
+        "studio" => {
+            let given = [("campaign", &*campaign), ("end_after", "0"), ("port", "0")];
+            vec![line(&given)]
+        }
         "blind-test" => vec![line(&[("folder", &files.path("blind"))])],
         "observe" => {
             let load = [("belt_velocity", "0.04"), ("normal_force", "36")];

@@ -34,11 +34,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         campaign(),
         Some(fmu),
         arguments.output.clone(),
-    ))
+    ))?;
+    print_line("See it live: `stickslip studio`")
 }
 
 /// The campaign below the current folder, or where this program was built.
-fn campaign() -> PathBuf {
+pub fn campaign() -> PathBuf {
     let here = Path::new("reference-data/demo");
     if here.is_dir() {
         here.to_owned()

@@ -23,6 +23,7 @@ mod proposed_effect;
 pub mod repaired_model;
 mod run_sets;
 pub mod simulate;
+pub mod studio;
 pub mod sweep;
 pub mod system;
 pub mod try_effects;

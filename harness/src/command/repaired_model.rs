@@ -49,15 +49,27 @@ pub fn write(
     sets: &[RunSet],
     folder: &Path,
 ) -> Result<(), Error> {
-    let values = values(diagnosis);
-    write_file(&folder.join("model.toml"), model_toml(&values).as_bytes())?;
+    write_values(fmu, &values(diagnosis), sets, folder)
+}
+
+/// Writes the same files for values that come from elsewhere.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_values(
+    fmu: &Fmu,
+    values: &[(String, f64)],
+    sets: &[RunSet],
+    folder: &Path,
+) -> Result<(), Error> {
+    write_file(&folder.join("model.toml"), model_toml(values).as_bytes())?;
     write_file(
         &folder.join("StickSlipBeam.ssv"),
-        ssv(fmu.description(), "calibrated", &values).as_bytes(),
+        ssv(fmu.description(), "calibrated", values).as_bytes(),
     )?;
     let runs = run_sets::files(fmu.description(), sets);
     run_sets::write_beside(&runs, folder)?;
-    write_with_runs(fmu, &values, &runs, &folder.join(pack::FILE_NAME))
+    write_with_runs(fmu, values, &runs, &folder.join(pack::FILE_NAME))
 }
 
 /// Writes the FMU with these start values to `path`; what it held for single runs is left out, as it belongs to other values.

@@ -9,7 +9,7 @@ mod page;
 mod pictures;
 mod terminal;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use comparison::compare_run;
@@ -127,18 +127,7 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Compared, Err
     refuse_inputs(&fmu, &settings)?;
     let comparisons = compare(&fmu, &campaign, &settings, watch)?;
 
-    let provenance = Provenance::of_campaign(&campaign, fmu.path())?;
-    let json = provenance.json(&Summary {
-        campaign: &campaign.name,
-        fmu: &fmu.description().model_name,
-        runs: &comparisons,
-    });
-    write_file(&arguments.output.join("comparison.json"), json.as_bytes())?;
-    let report = arguments.output.join("report.html");
-    write_file(
-        &report,
-        page::html(&fmu, &campaign, &comparisons, limit, &provenance).as_bytes(),
-    )?;
+    let json = write_files(&fmu, &campaign, &comparisons, limit, &arguments.output)?;
     Ok(Compared {
         text: terminal::table(&campaign, &comparisons, limit),
         runs: comparisons,
@@ -146,6 +135,41 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Compared, Err
         limit,
     })
 }
+
+/// Compares every run and writes report.html and comparison.json into `output`; prints nothing.
+///
+/// # Errors
+/// An FMU that can't be run, or a folder that can't be written.
+pub fn into_folder(fmu: &Fmu, campaign: &Campaign, output: &Path) -> Result<(), Error> {
+    make_folder(output)?;
+    let comparisons = compare(fmu, campaign, &[], &())?;
+    write_files(fmu, campaign, &comparisons, None, output).map(drop)
+}
+
+/// Writes both files; the JSON text.
+fn write_files(
+    fmu: &Fmu,
+    campaign: &Campaign,
+    comparisons: &[RunComparison],
+    limit: Option<f64>,
+    output: &Path,
+) -> Result<String, Error> {
+    let provenance = Provenance::of_campaign(campaign, fmu.path())?;
+    let json = provenance.json(&Summary {
+        campaign: &campaign.name,
+        fmu: &fmu.description().model_name,
+        runs: comparisons,
+    });
+    write_file(&output.join("comparison.json"), json.as_bytes())?;
+    write_file(
+        &output.join(REPORT),
+        page::html(fmu, campaign, comparisons, limit, &provenance).as_bytes(),
+    )?;
+    Ok(json)
+}
+
+/// The page.
+const REPORT: &str = "report.html";
 
 /// The campaign says what drives each run.
 fn refuse_inputs(fmu: &Fmu, settings: &[(String, f64)]) -> Result<(), Error> {

@@ -103,15 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     else {
         return print(&list());
     };
-    let found = TEMPLATES.iter().find(|template| template.name == name);
-    let template = found.ok_or_else(|| Error::Option {
-        option: "TEMPLATE",
-        value: format!("'{name}'"),
-        rule: format!(
-            "is none{}; `stickslip new --list` shows all",
-            suggestion(&nearest(name, TEMPLATES.iter().map(|t| t.name)))
-        ),
-    })?;
+    let template = find(name)?;
     let files = template.files.iter();
     let files: Vec<(String, Vec<u8>)> = files
         .map(|(name, content)| ((*name).to_owned(), content.as_bytes().to_vec()))
@@ -122,6 +114,33 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         "{place}: {} file(s). Read {place}/README.md, then: stickslip check {place}, stickslip compare {place}",
         files.len()
     ))
+}
+
+fn find(name: &str) -> Result<&'static Template, Error> {
+    let found = TEMPLATES.iter().find(|template| template.name == name);
+    found.ok_or_else(|| Error::Option {
+        option: "TEMPLATE",
+        value: format!("'{name}'"),
+        rule: format!(
+            "is none{}; `stickslip new --list` shows all",
+            suggestion(&nearest(name, TEMPLATES.iter().map(|t| t.name)))
+        ),
+    })
+}
+
+/// Names of the templates, each with its machine in a sentence.
+pub fn templates() -> impl Iterator<Item = (&'static str, &'static str)> {
+    TEMPLATES.iter().map(|t| (t.name, t.sentence))
+}
+
+/// The campaign.toml of a template, which says what is known of its structure.
+///
+/// # Errors
+/// A name that is none.
+pub fn structure(name: &str) -> Result<&'static str, Error> {
+    let files = find(name)?.files;
+    let found = files.iter().find(|(name, _)| *name == "campaign.toml");
+    Ok(found.map_or("", |(_, text)| text))
 }
 
 fn list() -> String {

@@ -69,6 +69,14 @@ pub struct Fitter<'a, 'b> {
     pub(crate) lost_at: Vec<f64>,
     /// Side to which differences are taken, 1 or -1.
     pub(crate) side: f64,
+    /// Is told after each iteration where the fit stands.
+    pub(crate) listener: Option<&'b dyn Listener>,
+}
+
+/// Who hears of a fit in progress, and may stop it.
+pub trait Listener {
+    /// An iteration has ended at `point`, with these mean square residuals of the segments in m^2; whether to go on.
+    fn goes_on(&self, point: &Point, mean_square: &[f64]) -> bool;
 }
 
 impl<'a, 'b> Fitter<'a, 'b> {
@@ -104,7 +112,28 @@ impl<'a, 'b> Fitter<'a, 'b> {
             buffer: Vec::new(),
             lost_at: vec![f64::INFINITY; data.segments.len()],
             side: 1.0,
+            listener: None,
         }
+    }
+
+    /// The same with someone who hears of each iteration.
+    pub fn told_to(self, listener: &'b dyn Listener) -> Self {
+        Self {
+            listener: Some(listener),
+            ..self
+        }
+    }
+
+    /// Tells the listener where the fit stands; whether it goes on.
+    pub(crate) fn goes_on(&self, here: &Place) -> bool {
+        self.listener.is_none_or(|listener| {
+            let means: Vec<f64> = self.mean_squares(&here.sums);
+            listener.goes_on(&here.point, &means)
+        })
+    }
+
+    fn mean_squares(&self, sums: &[f64]) -> Vec<f64> {
+        (0..sums.len()).map(|k| sums[k] / self.count(k)).collect()
     }
 
     /// Times of a segment that are used.
@@ -300,9 +329,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// The fit that a place is; `occam` is what the evidence pays for all that is free.
     pub(crate) fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>, occam: f64) -> Fit {
-        let mean_square = (0..here.sums.len())
-            .map(|k| here.sums[k] / self.count(k))
-            .collect();
+        let mean_square = self.mean_squares(&here.sums);
         let misfit = self.misfit(&here);
         Fit {
             trimmed: here.merit,

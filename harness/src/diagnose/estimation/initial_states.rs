@@ -44,6 +44,17 @@ impl Fitter<'_, '_> {
         self.fit_at(here, None, f64::NEG_INFINITY)
     }
 
+    /// Fits the start states alone from where they are, each over the whole of its segment by at most `iterations` steps: enough
+    /// for a model that has changed little since they were found.
+    pub fn follow_initial_states(&mut self, start: Point, iterations: usize) -> Fit {
+        let mut point = start;
+        for k in 0..self.data.segments.len() {
+            self.fit_start_over(k, &mut point, iterations);
+        }
+        let here = self.evaluate(point);
+        self.fit_at(here, None, f64::NEG_INFINITY)
+    }
+
     /// Fits the start state of one segment alone over growing shares of it, from the start it has in `point`.
     fn fit_start(&mut self, k: usize, point: &mut Point, growing: &[(f64, usize)]) -> f64 {
         let share = self.options.share;

@@ -81,6 +81,9 @@ impl Fitter<'_, '_> {
                     break;
                 }
             }
+            if !self.goes_on(&here) {
+                break;
+            }
             if before - here.merit < enough(before) {
                 strikes += 1;
                 if strikes == self.options.patience {

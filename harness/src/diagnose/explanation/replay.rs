@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::parallel::parallel;
 
 /// The FMU's contact force, where it has one.
-const FORCE: &str = "friction_force";
+pub(crate) const FORCE: &str = "friction_force";
 
 /// A segment as a model predicts it.
 #[derive(Debug, Clone)]
@@ -99,7 +99,7 @@ fn run_segment(
 }
 
 /// The same names with another output in the place of the measured displacement.
-fn observing(references: &References, output: u32) -> References {
+pub(crate) fn observing(references: &References, output: u32) -> References {
     References {
         inputs: references.inputs,
         external_force: references.external_force,
