@@ -18,8 +18,8 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
-use crate::diagnose::selection::decision::{log_posterior, log_prior};
-use crate::diagnose::selection::extension::one_more;
+use crate::diagnose::selection::decision::log_posterior;
+use crate::diagnose::selection::extension::{one_more, price};
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::{POLISH, Screen};
 use crate::diagnose::selection::select::{Selection, judge_candidates};
@@ -86,13 +86,13 @@ pub fn explain_most(
         .cloned()
         .collect();
     known.insert(0, selection.calibrated.clone());
-    let curves = by_error(selection).into_iter();
-    let mut curves: Vec<FittedModel> = curves
+    let curves: Vec<FittedModel> = by_error(selection)
+        .into_iter()
         .filter(|m| !has_names(problem, m))
         .take(CURVES)
         .cloned()
         .collect();
-    curves = parallel(&curves, |model| screen.further(model, POLISH))?;
+    let curves = parallel(&curves, |model| screen.further(model, POLISH))?;
     let mut models = parallel(&known, |model| screen.further(model, POLISH))?;
     let mut led: Vec<Vec<Choice>> = Vec::new();
     while !watch.stop() {
@@ -112,7 +112,7 @@ pub fn explain_most(
     for count in 1..=best.choices.len() {
         path.push(match count == best.choices.len() {
             true => best.clone(),
-            false => part(&screen, &best, count)?,
+            false => screen.reordered(&best, &best.choices[..count])?,
         });
     }
     let has_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
@@ -160,8 +160,7 @@ fn one_further(
         true => Ok(None),
         false => promise(problem, choices, at, at),
     })?;
-    let effects = leader.choices.len();
-    let price = log_prior(problem, effects) - log_prior(problem, effects + 1);
+    let price = price(problem, leader.choices.len());
     let mut promising: Vec<(Vec<Choice>, Promise)> = jobs
         .into_iter()
         .zip(promises)
@@ -174,9 +173,4 @@ fn one_further(
         let there = screen.fitted_from(choices, promise.start.clone())?;
         screen.further(&there, POLISH)
     })
-}
-
-/// The first `count` effects of a model alone, fitted from its optimum.
-fn part(screen: &Screen, model: &FittedModel, count: usize) -> Result<FittedModel, Error> {
-    screen.reordered(model, &model.choices[..count])
 }

@@ -98,7 +98,7 @@ pub(crate) fn extend(
 }
 
 /// Price in nats of an effect more than so many, beyond that of its constants.
-fn price(problem: &Problem, effects: usize) -> f64 {
+pub(crate) fn price(problem: &Problem, effects: usize) -> f64 {
     log_prior(problem, effects) - log_prior(problem, effects + 1)
 }
 

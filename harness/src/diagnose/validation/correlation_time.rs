@@ -13,7 +13,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::simulator::{Samples, Simulator};
+use crate::diagnose::validation::residual_whiteness::residuals;
 use crate::error::Error;
 use crate::metric::median;
 
@@ -31,16 +31,9 @@ pub fn correlation_times(
     let mut y = Vec::new();
     for (k, segment) in segments.iter().enumerate() {
         let values = fitted.fit.point.values(k, segment.run);
-        let done = predictor.predict(segment, values, Samples::all(segment), &mut y);
-        if !matches!(done, Ok(true)) || segment.trusted.iter().any(|t| !t) {
+        let Some(rest) = residuals(&mut predictor, values, segment, &mut y) else {
             continue;
-        }
-        let rest: Vec<f64> = segment
-            .measured
-            .iter()
-            .zip(&y)
-            .map(|(m, y)| m - y)
-            .collect();
+        };
         of_runs[segment.run].push(correlation_time(&rest));
     }
     let typical = |times: &mut Vec<f64>| match times.is_empty() {

@@ -16,7 +16,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::simulator::{Samples, Simulator};
+use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::error::Error;
 use rustdct::DctPlanner;
 
@@ -43,22 +43,14 @@ pub fn spectral_ratio(
     let mut low = Vec::new();
     let mut y = Vec::new();
     for (i, segment) in segments.iter().enumerate() {
-        let done = predictor.predict(
-            segment,
+        let Some(rest) = residuals(
+            &mut predictor,
             point.values(i, segment.run),
-            Samples::all(segment),
+            segment,
             &mut y,
-        );
-        // A gap would look like motion.
-        if !matches!(done, Ok(true)) || segment.trusted.iter().any(|t| !t) {
+        ) else {
             continue;
-        }
-        let rest: Vec<f64> = segment
-            .measured
-            .iter()
-            .zip(&y)
-            .map(|(m, y)| m - y)
-            .collect();
+        };
         let n = rest.len();
         let power = powers(&mut planner, rest);
         let (lowest, highest) = ((LOW * n as f64) as usize, (HIGH * n as f64) as usize);
@@ -81,6 +73,22 @@ pub fn spectral_ratio(
         .collect();
     ratios.sort_by(f64::total_cmp);
     Ok(ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN))
+}
+
+/// What a prediction of a segment leaves, in m; `None` where it ran away, or where a gap would look like motion. `y` is room for the
+/// prediction.
+pub(super) fn residuals(
+    simulator: &mut dyn Simulator,
+    values: SegmentValues,
+    segment: &Segment,
+    y: &mut Vec<f64>,
+) -> Option<Vec<f64>> {
+    let done = simulator.predict(segment, values, Samples::all(segment), y);
+    if !matches!(done, Ok(true)) || segment.trusted.iter().any(|t| !t) {
+        return None;
+    }
+    let pairs = segment.measured.iter().zip(y.iter());
+    Some(pairs.map(|(m, y)| m - y).collect())
 }
 
 /// Powers of the orthonormal cosine transform (type II) of some values, but for that of their mean.
