@@ -141,6 +141,8 @@ fn open(
     given: &Path,
     closing: &AtomicBool,
 ) -> Result<Option<Order>, Error> {
+    // Before the page hears of it: what is written from then on is a change.
+    let read_at = stamps(campaign, given);
     let widened = pack::widened::with_effects(fmu, &library::FILES)?;
     let problem = Problem::new(widened.as_ref().unwrap_or(fmu), campaign)?;
     let inputs = Provenance::of_campaign(campaign, fmu.path())?;
@@ -179,7 +181,7 @@ fn open(
     let leaving = AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| answers(&bench, &leaving, closing));
-        let next = orders(&bench, closing);
+        let next = orders(&bench, &read_at, closing);
         leaving.store(true, Ordering::Relaxed);
         Ok(next)
     })
@@ -383,9 +385,8 @@ fn base_of(
 }
 
 /// Does what is ordered until another campaign is to be opened.
-fn orders(bench: &Bench, closing: &AtomicBool) -> Option<Order> {
+fn orders(bench: &Bench, read_at: &[Stamp], closing: &AtomicBool) -> Option<Order> {
     let desk = bench.desk;
-    let read_at = stamps(bench);
     let mut has_changed = false;
     while !closing.load(Ordering::Relaxed) {
         match desk.next_order(PAUSE) {
@@ -409,7 +410,7 @@ fn orders(bench: &Bench, closing: &AtomicBool) -> Option<Order> {
                 }
             }
             None => {
-                if !has_changed && stamps(bench) != read_at {
+                if !has_changed && stamps(bench.campaign, bench.given) != read_at {
                     has_changed = true;
                     desk.post(|board| {
                         board.trouble = Some(
@@ -425,13 +426,16 @@ fn orders(bench: &Bench, closing: &AtomicBool) -> Option<Order> {
     None
 }
 
-/// When each of the campaign's files was written, and how long it is.
-fn stamps(bench: &Bench) -> Vec<Option<(SystemTime, u64)>> {
-    let toml = match bench.given.is_dir() {
-        true => bench.given.join("campaign.toml"),
-        false => bench.given.to_owned(),
+/// When a file was written, and how long it is; `None` of one that is not there.
+type Stamp = Option<(SystemTime, u64)>;
+
+/// Those of the campaign's files.
+fn stamps(campaign: &Campaign, given: &Path) -> Vec<Stamp> {
+    let toml = match given.is_dir() {
+        true => given.join("campaign.toml"),
+        false => given.to_owned(),
     };
-    let runs = bench.campaign.runs.iter().map(|run| run.file.clone());
+    let runs = campaign.runs.iter().map(|run| run.file.clone());
     let stamp = |path: PathBuf| {
         let about = std::fs::metadata(path).ok()?;
         Some((about.modified().ok()?, about.len()))
