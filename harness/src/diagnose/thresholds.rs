@@ -17,7 +17,7 @@ pub const CLOSE: f64 = 10.0;
 /// At most so many: each costs a fit to all segments.
 pub const FINALISTS: usize = 4;
 
-/// A second effect is so many times less probable than one: of campaigns that need any, most need one.
+/// Each effect more is so many times less probable: of campaigns that need any, most need one.
 pub const SECOND: f64 = 10.0;
 
 /// Odds over a simpler hypothesis with which an effect is named: strong evidence (Jeffreys, Theory of Probability, 1961,

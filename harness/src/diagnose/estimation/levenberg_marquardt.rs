@@ -4,6 +4,7 @@ use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, sum_of_squares};
 use crate::diagnose::estimation::information::Information;
 use crate::diagnose::estimation::normal_equations::Normal;
+use crate::diagnose::estimation::sensitivities::{Known, Linear, Turned};
 use crate::diagnose::model::point::Point;
 use nalgebra::{DMatrix, DVector};
 
@@ -104,10 +105,33 @@ impl Fitter<'_, '_> {
         self.fit_at(here, covariance, occam.unwrap_or(f64::NEG_INFINITY))
     }
 
-    /// Information matrix and descent of the objective by the parameters at a point, each segment's start state projected out.
-    pub fn reduced_at(&mut self, point: Point) -> (DMatrix<f64>, DVector<f64>) {
+    /// All segments linearised at a point.
+    pub(crate) fn linearised_at(&mut self, point: Point) -> Vec<Option<Linear>> {
         let here = self.evaluate(point);
-        let linear = self.linearise_all(&here);
+        self.linearise_all(&here)
+    }
+
+    /// Information matrix and descent of the objective by the parameters at a point, each segment's start state projected out.
+    /// Residuals and derivatives by what a smaller hypothesis has are those known at its point; `point` differs from that by so little
+    /// of an effect that they are the same.
+    pub(crate) fn reduced_beside(
+        &mut self,
+        known: Known,
+        point: Point,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let residual = |l: &Option<Linear>| l.as_ref().map(|l| l.residual.clone());
+        let residual: Vec<Option<Vec<f64>>> = known.linear.iter().map(residual).collect();
+        let linear: Vec<Option<Linear>> = residual
+            .iter()
+            .enumerate()
+            .map(|(k, r)| Some(self.linearise(k, &point, r.clone()?, Turned::Beside(known))))
+            .collect();
+        let here = Place {
+            sums: residual.iter().map(sum_of_squares).collect(),
+            residual,
+            merit: f64::NAN,
+            point,
+        };
         Information::at(self, &here, &linear).into_system()
     }
 

@@ -11,6 +11,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::estimation::fitter::Fitter;
+use crate::diagnose::estimation::sensitivities::Known;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
@@ -102,9 +103,9 @@ impl Simulator for LinearToy {
     }
 }
 
-fn parameter(kind: Kind) -> Parameter {
+fn parameter(kind: Kind, name: &str) -> Parameter {
     Parameter {
-        name: "toy".into(),
+        name: name.into(),
         unit: "m".into(),
         kind,
         targets: Vec::new(),
@@ -122,8 +123,10 @@ fn parameter(kind: Kind) -> Parameter {
 fn hypothesis(shared: usize) -> Hypothesis {
     Hypothesis {
         choices: Vec::new(),
-        shared: vec![parameter(Kind::Reference); shared],
-        per_run: vec![vec![parameter(Kind::Offset)]; RUNS],
+        shared: (0..shared)
+            .map(|c| parameter(Kind::Reference, &format!("theta_{c}")))
+            .collect(),
+        per_run: vec![vec![parameter(Kind::Offset, "offset")]; RUNS],
         fixed: Vec::new(),
         extra_states: Vec::new(),
         has_memory: false,
@@ -306,4 +309,66 @@ fn val_what_a_start_state_imitates_is_known_as_well_as_believed_and_no_worse() {
         (std / BELIEF - 1.0).abs() < 1e-3,
         "{std:e} m of {BELIEF:e} m"
     );
+}
+
+#[test]
+fn val_what_a_smaller_hypothesis_knows_need_not_be_differentiated_again() {
+    // Source: the dense information matrix and descent of all that is free, the start states eliminated (Schur complement).
+    let (smaller, h, segments) = (hypothesis(2), hypothesis(3), segments());
+    let work = Work::default();
+    let data = Observations {
+        segments: &segments,
+        noise: &[NOISE; RUNS],
+        work: &work,
+    };
+    let options = FitOptions {
+        stride: 1,
+        robust: false,
+        ..FitOptions::search(1)
+    };
+    let there = fit(&smaller, &segments, true).point;
+    let mut toy = LinearToy { tangents: true };
+    let linear = Fitter::new(&mut toy, &smaller, &data, options).linearised_at(there.clone());
+    let known = Known {
+        hypothesis: &smaller,
+        stuck: &there.stuck,
+        linear: &linear,
+    };
+    let mut point = there.clone();
+    point.shared.push(0.0);
+    let (found, descent) =
+        Fitter::new(&mut toy, &h, &data, options).reduced_beside(known, point.clone());
+    let (matrix, measured) = dense(&h, &segments);
+    let free = DVector::from_iterator(
+        matrix.ncols(),
+        point
+            .shared
+            .iter()
+            .chain(point.per_run.iter().flatten())
+            .chain(point.states.iter().flatten())
+            .copied(),
+    );
+    let prior = believed(&h, matrix.ncols());
+    let whole = matrix.tr_mul(&matrix) + &prior;
+    let all = matrix.tr_mul(&(measured - &matrix * &free)) - prior * &free;
+    let (kept, left) = (3 + RUNS, matrix.ncols() - 3 - RUNS);
+    let across = whole.view((0, kept), (kept, left)).into_owned();
+    let of_states = whole.view((kept, kept), (left, left)).into_owned();
+    let solved = of_states.lu();
+    let expected = whole.view((0, 0), (kept, kept))
+        - &across * solved.solve(&across.transpose()).expect("regular");
+    let expected_descent = all.rows(0, kept)
+        - &across
+            * solved
+                .solve(&all.rows(kept, left).into_owned())
+                .expect("regular");
+    for i in 0..kept {
+        let size = expected[(i, i)].sqrt();
+        let error = (descent[i] - expected_descent[i]) / size;
+        assert!(error.abs() < 1e-4, "descent {i}: {error:e}");
+        for j in 0..kept {
+            let error = (found[(i, j)] - expected[(i, j)]) / (size * expected[(j, j)].sqrt());
+            assert!(error.abs() < 1e-6, "{i} {j}: {error:e}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! Derivatives of a segment's prediction by its start state and by the parameters.
 
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions};
+use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Turn};
@@ -18,12 +19,68 @@ pub(crate) struct Linear {
 }
 
 /// What a segment's prediction is differentiated by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Turned {
+#[derive(Clone, Copy)]
+pub(crate) enum Turned<'k> {
     /// Start state and parameters.
     All,
     /// The start state alone.
     State,
+    /// Start state and parameters, where the derivatives by those of a smaller hypothesis are known.
+    Beside(Known<'k>),
+}
+
+/// A smaller hypothesis, and the derivatives of all segments by what it has.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'k> {
+    /// The smaller hypothesis.
+    pub hypothesis: &'k Hypothesis,
+    /// Whether each segment starts in stick.
+    pub stuck: &'k [bool],
+    /// The segments, linearised.
+    pub linear: &'k [Option<Linear>],
+}
+
+impl Known<'_> {
+    /// Copies the derivative by what `turn` is in a larger hypothesis; whether the smaller one has it.
+    fn put(
+        self,
+        k: usize,
+        run: usize,
+        larger: &Hypothesis,
+        turn: Turn,
+        column: &mut [f64],
+    ) -> bool {
+        let (h, Some(linear)) = (self.hypothesis, &self.linear[k]) else {
+            return false;
+        };
+        let same = |own: &[Parameter], name: &str| own.iter().position(|p| p.name == name);
+        let from = match turn {
+            Turn::Shared(c) => {
+                same(&h.shared, &larger.shared[c].name).map(|i| linear.parameters.column(i))
+            }
+            Turn::PerRun(c) => same(&h.per_run[run], &larger.per_run[run][c].name)
+                .map(|i| linear.parameters.column(h.shared.len() + i)),
+            Turn::State(i) => {
+                let modal = 2 * larger.modes;
+                let own = match i.checked_sub(modal) {
+                    None => Some(i),
+                    Some(extra) => {
+                        let (reference, _) = larger.extra_states[extra];
+                        let same = h.extra_states.iter().position(|s| s.0 == reference);
+                        same.map(|j| modal + j)
+                    }
+                };
+                let list = directions(h, self.stuck[k]);
+                let place = own.and_then(|own| list.iter().position(|&j| j == own));
+                place.map(|c| linear.states.column(c))
+            }
+        };
+        let Some(from) = from.filter(|from| from.len() == column.len()) else {
+            return false;
+        };
+        column.copy_from_slice(from.as_slice());
+        true
+    }
 }
 
 impl Fitter<'_, '_> {
@@ -48,7 +105,7 @@ impl Fitter<'_, '_> {
         k: usize,
         point: &Point,
         residual: Vec<f64>,
-        turned: Turned,
+        turned: Turned<'_>,
     ) -> Linear {
         let segment = &self.data.segments[k];
         let h = self.hypothesis;
@@ -64,7 +121,7 @@ impl Fitter<'_, '_> {
             per_run: point.per_run[segment.run].clone(),
         };
         // What is the same for all segments of a run comes first, so that the FMU need not build its model anew for each.
-        let with_parameters = turned == Turned::All;
+        let with_parameters = !matches!(turned, Turned::State);
         let moves = |&c: &usize| with_parameters && self.moves(&h.shared[c]);
         let mut turns: Vec<Turn> = (0..h.shared.len())
             .filter(moves)
@@ -94,15 +151,25 @@ impl Fitter<'_, '_> {
         }
         turns.extend(list.iter().map(|&i| Turn::State(i)));
         turns.append(&mut local);
+        let place = |turn: Turn| match turn {
+            Turn::State(i) => list.iter().position(|&j| j == i).expect("from the list"),
+            Turn::Shared(c) => c,
+            Turn::PerRun(c) => h.shared.len() + c,
+        };
+        if let Turned::Beside(known) = turned {
+            turns.retain(|&turn| {
+                let mut column = match turn {
+                    Turn::State(_) => states.column_mut(place(turn)),
+                    _ => parameters.column_mut(place(turn)),
+                };
+                !known.put(k, segment.run, h, turn, column.as_mut_slice())
+            });
+        }
         let exact = self.differentiate(k, &values, &turns, predicted.len(), point.stuck[k]);
         for (number, &turn) in turns.iter().enumerate() {
             let mut column = match turn {
-                Turn::State(i) => {
-                    let c = list.iter().position(|&j| j == i).expect("from the list");
-                    states.column_mut(c)
-                }
-                Turn::Shared(c) => parameters.column_mut(c),
-                Turn::PerRun(c) => parameters.column_mut(h.shared.len() + c),
+                Turn::State(_) => states.column_mut(place(turn)),
+                _ => parameters.column_mut(place(turn)),
             };
             let column = column.as_mut_slice();
             match &exact {

@@ -16,6 +16,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::nesting::widen;
+use crate::diagnose::estimation::sensitivities::{Known, Linear};
 use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::effect_card::{EffectCard, Role};
@@ -28,6 +29,7 @@ use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::error::Error;
+use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
 /// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
@@ -60,13 +62,61 @@ pub(crate) struct Strength {
 }
 
 /// A hypothesis at its optimum on some segments.
-#[derive(Clone, Copy)]
 pub(crate) struct At<'a> {
     /// The segments.
     pub segments: &'a [Segment],
     /// The fit to them.
     pub base: &'a FittedHypothesis,
+    /// The segments linearised there.
+    linear: Vec<Option<Linear>>,
 }
+
+impl<'a> At<'a> {
+    /// The hypothesis of `base` at the optimum of its fit to `segments`.
+    ///
+    /// # Errors
+    /// An FMU that can't be instantiated.
+    pub fn new(
+        problem: &Problem,
+        segments: &'a [Segment],
+        base: &'a FittedHypothesis,
+    ) -> Result<Self, Error> {
+        let h = &base.hypothesis;
+        let places: Vec<usize> = (0..segments.len()).collect();
+        let parts: Vec<&[usize]> = places.chunks(PART).collect();
+        let linear = parallel(&parts, |part| {
+            let some: Vec<Segment> = part.iter().map(|&k| segments[k].clone()).collect();
+            let point = Point {
+                states: part
+                    .iter()
+                    .map(|&k| base.fit.point.states[k].clone())
+                    .collect(),
+                stuck: part.iter().map(|&k| base.fit.point.stuck[k]).collect(),
+                ..base.fit.point.clone()
+            };
+            let data = problem.data(&some);
+            let mut predictor = problem.predictor(h)?;
+            let mut fitter = Fitter::new(&mut predictor, h, &data, one_step());
+            Ok(fitter.linearised_at(point))
+        })?;
+        Ok(Self {
+            segments,
+            base,
+            linear: linear.into_iter().flatten().collect(),
+        })
+    }
+
+    fn known(&self) -> Known<'_> {
+        Known {
+            hypothesis: &self.base.hypothesis,
+            stuck: &self.base.fit.point.stuck,
+            linear: &self.linear,
+        }
+    }
+}
+
+/// Segments that one thread linearises at a time: enough that an instance of the FMU is cheap beside them.
+const PART: usize = 16;
 
 /// The largest expected gain in evidence of the last effect of `choices` beside a hypothesis that lacks it, over its shapes or at
 /// the strongest lines of what repeats; `None` where nothing switches it off by degrees. Lines are looked for on the segments of
@@ -77,8 +127,8 @@ pub(crate) struct At<'a> {
 pub(crate) fn promise(
     problem: &Problem,
     choices: &[Choice],
-    screen: At,
-    at: At,
+    screen: &At,
+    at: &At,
 ) -> Result<Option<Promise>, Error> {
     let card = &problem.catalogue[choices.last().expect("one more effect").effect];
     let h = problem.hypothesis(choices)?;
@@ -102,7 +152,7 @@ pub(crate) fn promise(
             &h,
             card,
             &mut predictor,
-            &data,
+            (&data, at),
             &from_base,
         ));
     }
@@ -129,11 +179,11 @@ pub(crate) fn promise(
     };
     let parameter = &h.shared[c];
     let p = &card.parameters[strength];
-    let mut test = |of: At, factor: f64| {
+    let mut test = |of: &At, factor: f64| {
         let point = barely_on(of.base, of.segments, factor);
         let data = problem.data(of.segments);
         let mut fitter = Fitter::new(&mut predictor, &h, &data, one_step());
-        let (mut matrix, mut gradient) = fitter.reduced_at(point.clone());
+        let (mut matrix, mut gradient) = fitter.reduced_beside(of.known(), point.clone());
         let u = point.shared[c];
         // What is believed of it beforehand counts in the price alone.
         let precision = parameter.prior_std.powi(-2);
@@ -184,7 +234,7 @@ fn promise_of_curve(
     h: &Hypothesis,
     card: &EffectCard,
     predictor: &mut Predictor,
-    data: &Observations,
+    (data, at): (&Observations, &At),
     from_base: &Point,
 ) -> Option<Promise> {
     let of_kind = |kind: Kind| {
@@ -203,7 +253,7 @@ fn promise_of_curve(
             point.shared[i] = parameter.clamp(parameter.position(factor * parameter.prior));
         }
         let mut fitter = Fitter::new(predictor, h, data, one_step());
-        let (matrix, gradient) = fitter.reduced_at(point.clone());
+        let (matrix, gradient) = fitter.reduced_beside(at.known(), point.clone());
         if let Some((gain, fall)) = gain_of_curve(matrix, gradient, &curve)
             && best.as_ref().is_none_or(|b| gain > b.gain)
         {
@@ -248,7 +298,7 @@ fn best_line(
     h: &Hypothesis,
     card: &EffectCard,
     predictor: &mut Predictor,
-    (screen, at, from_base): (At, At, &Point),
+    (screen, at, from_base): (&At, &At, &Point),
 ) -> Option<Line> {
     let seen = problem.data(screen.segments);
     let point = widen(screen.base, h, &Point::centre(h, screen.segments));

@@ -17,15 +17,16 @@ use crate::diagnose::thresholds::{CLAIMED, CLOSE, FINALISTS, SEARCHED, SECOND};
 use crate::error::Error;
 use crate::parallel::parallel;
 
-/// Logarithm of the prior of one hypothesis with so many effects, relative to that of none: one effect is as probable as
-/// none, all kinds alike.
+/// Logarithm of the prior of one hypothesis with so many effects, relative to that of none: one effect is as probable as none,
+/// each further one [`SECOND`] times less, all choices of so many kinds alike.
 pub(crate) fn log_prior(problem: &Problem, effects: usize) -> f64 {
     let kinds = (all_variants(problem).len() + library(problem).len()).max(1) as f64;
-    match effects {
-        0 => 0.0,
-        1 => -kinds.ln(),
-        _ => -(SECOND * 0.5 * kinds * (kinds - 1.0).max(1.0)).ln(),
-    }
+    let of_effect = |k: usize| {
+        let rarer = if k > 0 { SECOND } else { 1.0 };
+        let choices = (kinds - k as f64).max(1.0) / (k + 1) as f64;
+        -(rarer * choices).ln()
+    };
+    (0..effects).map(of_effect).sum()
 }
 
 /// Logarithm of a hypothesis's posterior on the segments compared, up to a constant, nats.

@@ -13,7 +13,7 @@
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
-use crate::diagnose::initialisation::score_test::{Promise, promise};
+use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::problem::Problem;
@@ -155,11 +155,7 @@ fn one_further(
 ) -> Result<Vec<FittedModel>, Error> {
     let problem = screen.problem;
     let jobs = one_more(problem, &leader.choices);
-    let at = screen.at(leader);
-    let promises = parallel(&jobs, |choices| match watch.stop() {
-        true => Ok(None),
-        false => promise(problem, choices, at, at),
-    })?;
+    let promises = screen.promises(&jobs, leader, watch)?;
     let price = price(problem, leader.choices.len());
     let mut promising: Vec<(Vec<Choice>, Promise)> = jobs
         .into_iter()

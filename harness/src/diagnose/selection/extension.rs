@@ -54,14 +54,9 @@ pub(crate) fn extend(
     let on_all = leader.full_refit.as_ref().expect("fitted to all by now");
     let segments = problem.copies(&problem.fit_segments(1));
     let jobs = one_more(problem, &leader.choices);
-    let (on_screen, at) = (
-        screen.at(leader),
-        At {
-            segments: &segments,
-            base: on_all,
-        },
-    );
-    let promises = parallel(&jobs, |choices| promise(problem, choices, on_screen, at))?;
+    let on_screen = screen.at(leader)?;
+    let at = At::new(problem, &segments, on_all)?;
+    let promises = parallel(&jobs, |choices| promise(problem, choices, &on_screen, &at))?;
     let price = price(problem, leader.choices.len());
     let mut out = Extensions {
         tested: Vec::new(),
@@ -147,9 +142,9 @@ pub(crate) fn largest_gain(
 ) -> Result<f64, Error> {
     let jobs = one_more(problem, &base.hypothesis.choices);
     let price = price(problem, base.hypothesis.choices.len());
-    let at = At { segments, base };
+    let at = At::new(problem, segments, base)?;
     let gains = parallel(&jobs, |choices| {
-        let Some(p) = promise(problem, choices, at, at)? else {
+        let Some(p) = promise(problem, choices, &at, &at)? else {
             return Ok(0.0);
         };
         if p.gain < price - TIE {

@@ -1,6 +1,6 @@
 //! Pairs of effects: each of the best single effects with every other.
 
-use crate::diagnose::initialisation::score_test::{Promise, promise};
+use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::initialisation::search_options::{FIXED, HIDDEN};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
@@ -9,7 +9,6 @@ use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
-use crate::parallel::parallel;
 use crate::watch::Watch;
 
 /// Pairs that are fitted before it is asked whether one explains the data: three for each of two cores.
@@ -101,11 +100,7 @@ fn most_promising_first(
     leader: &FittedModel,
     watch: &dyn Watch,
 ) -> Result<Vec<Vec<Choice>>, Error> {
-    let at = screen.at(leader);
-    let promises = parallel(&jobs, |choices| match watch.stop() {
-        true => Ok(None),
-        false => promise(screen.problem, choices, at, at),
-    })?;
+    let promises = screen.promises(&jobs, leader, watch)?;
     let gain = |p: &Option<Promise>| p.as_ref().map_or(0.0, |p| p.gain);
     let mut order: Vec<(f64, Vec<Choice>)> = promises.iter().map(gain).zip(jobs).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));

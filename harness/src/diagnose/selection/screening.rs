@@ -6,7 +6,7 @@ use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::nesting::{narrowed, widen};
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::baseline;
-use crate::diagnose::initialisation::score_test::At;
+use crate::diagnose::initialisation::score_test::{At, Promise, promise};
 use crate::diagnose::initialisation::search_options::SearchOptions;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
@@ -89,11 +89,29 @@ impl<'a> Screen<'a> {
     }
 
     /// A model where it stands on these segments.
-    pub(crate) fn at<'b>(&'b self, model: &'b FittedModel) -> At<'b> {
-        At {
-            segments: &self.segments,
-            base: &model.fitted,
-        }
+    ///
+    /// # Errors
+    /// An FMU that can't be instantiated.
+    pub(crate) fn at<'b>(&'b self, model: &'b FittedModel) -> Result<At<'b>, Error> {
+        At::new(self.problem, &self.segments, &model.fitted)
+    }
+
+    /// What a score test promises of the last effect of each of `jobs` beside a model that lacks it; `None` where it can't
+    /// speak of it, and once the search is stopped.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn promises(
+        &self,
+        jobs: &[Vec<Choice>],
+        base: &FittedModel,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Option<Promise>>, Error> {
+        let at = self.at(base)?;
+        parallel(jobs, |choices| match watch.stop() {
+            true => Ok(None),
+            false => promise(self.problem, choices, &at, &at),
+        })
     }
 
     /// Best first.

@@ -5,7 +5,7 @@
 //! with the best.
 
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::score_test::{At, Promise, is_testable, promise};
+use crate::diagnose::initialisation::score_test::{Promise, is_testable};
 use crate::diagnose::initialisation::search_options::{BRIEF, CURVE, FIXED, HIDDEN, STRONG_PRIOR};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
@@ -178,13 +178,11 @@ impl Exploration<'_> {
         }
         self.screen.compare_forms(&mut self.singles)?;
         let smaller = &self.calibrated;
-        let expected = parallel(&self.singles, |c| {
-            let at = self.screen.at(smaller);
-            match smaller.reaches_floor() {
-                true => promise(self.problem, &c.choices, at, at),
-                false => Ok(None),
-            }
-        })?;
+        let jobs: Vec<Vec<Choice>> = self.singles.iter().map(|c| c.choices.clone()).collect();
+        let expected = match smaller.reaches_floor() {
+            true => self.screen.promises(&jobs, smaller, self.watch)?,
+            false => jobs.iter().map(|_| None).collect(),
+        };
         // What a search has not reached yet, a score test may promise.
         let within_reach = |i: usize| {
             let promised = expected[i].as_ref().map(|p| p.gain - smaller.score());
@@ -244,13 +242,12 @@ impl Exploration<'_> {
             return Ok(());
         }
         let price = log_prior(problem, 0) - log_prior(problem, 1);
-        let at = screen.at(&self.calibrated);
         let jobs: Vec<Vec<Choice>> = library(problem)
             .into_iter()
             .chain(unknown(problem))
             .map(|choice| vec![choice])
             .collect();
-        let promises = parallel(&jobs, |choices| self.promised(choices, at))?;
+        let promises = screen.promises(&jobs, &self.calibrated, self.watch)?;
         let mut rivals: Vec<(Vec<Choice>, Promise)> = jobs
             .into_iter()
             .zip(promises)
@@ -334,14 +331,6 @@ impl Exploration<'_> {
         Ok(self.held_alone.clone().expect("just made"))
     }
 
-    /// What a score test promises of the last of `choices`; `None` also once the search is stopped.
-    fn promised(&self, choices: &[Choice], at: At) -> Result<Option<Promise>, Error> {
-        match self.watch.stop() {
-            true => Ok(None),
-            false => promise(self.problem, choices, at, at),
-        }
-    }
-
     /// The `count` of effects that a score test beside `alone` promises most of, each alone. Far from the noise the test orders and says no
     /// more.
     fn most_promising(
@@ -350,9 +339,8 @@ impl Exploration<'_> {
         effects: Vec<Choice>,
         count: usize,
     ) -> Result<Vec<Vec<Choice>>, Error> {
-        let at = self.screen.at(alone);
         let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
-        let promises = parallel(&jobs, |choices| self.promised(choices, at))?;
+        let promises = self.screen.promises(&jobs, alone, self.watch)?;
         let gain = |p: Option<Promise>| p.map_or(f64::NEG_INFINITY, |p| p.gain);
         let mut all: Vec<(f64, Vec<Choice>)> = promises.into_iter().map(gain).zip(jobs).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -55,17 +55,14 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
         .filter(|&e| is_testable(&problem.catalogue[e]) && own.iter().all(|c| c.effect != e))
         .flat_map(|effect| variants(problem, effect).into_iter().take(1))
         .collect();
+    let at = At::new(problem, &segments, &fitted)?;
     let done = AtomicUsize::new(0);
     let scores = parallel(&jobs, |choice| {
         if desk.is_cancelled() {
             return Ok(None);
         }
         let choices: Vec<Choice> = own.iter().cloned().chain([choice.clone()]).collect();
-        let at = At {
-            segments: &segments,
-            base: &fitted,
-        };
-        let found = promise(problem, &choices, at, at)?;
+        let found = promise(problem, &choices, &at, &at)?;
         let card = &problem.catalogue[choice.effect];
         let id = &card.id;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
