@@ -298,7 +298,7 @@ pub enum Error {
     },
 
     /// A channel that stands still, or nearly so.
-    #[error("{}: {usable} of {samples} samples can be used, at least {needed} are needed: the others are clipped or held, most of them at {value} m; check the sensor, and which column is its, or leave this run out", path.display())]
+    #[error("{}: {usable} of {samples} samples can be used, at least {needed} are needed: the others are clipped or held, most of them at {value} {unit}; check the sensor, and which column is its, or leave this run out", path.display())]
     NothingMeasured {
         /// The CSV file.
         path: PathBuf,
@@ -306,19 +306,49 @@ pub enum Error {
         usable: usize,
         /// Samples found.
         samples: usize,
-        /// The value of the longest stretch of equal samples, m.
+        /// The value of the longest stretch of equal samples, in `unit`.
         value: f64,
+        /// SI unit of what was measured.
+        unit: &'static str,
         /// Samples needed.
         needed: usize,
     },
+    /// Runs of one campaign that hold different quantities.
+    #[error("{}: run '{}' holds a {} and run '{}' a {}; the runs of a campaign hold one quantity: make a campaign of each", campaign.display(), first.0, first.1, other.0, other.1)]
+    MixedQuantities {
+        /// The campaign's folder.
+        campaign: PathBuf,
+        /// The first run, and what it holds.
+        first: (String, &'static str),
+        /// One that differs, and what it holds.
+        other: (String, &'static str),
+    },
+    /// A command that reads displacements was given another quantity.
+    #[error(
+        "run '{run}' holds a tip {found} in {unit}, and `{command}` reads a tip displacement; `check`, `compare`, `diagnose` and `try` read velocities too"
+    )]
+    NotADisplacement {
+        /// The run.
+        run: String,
+        /// What it holds.
+        found: &'static str,
+        /// Its unit.
+        unit: &'static str,
+        /// The command.
+        command: &'static str,
+    },
     /// A campaign in which nothing moves.
-    #[error("{}: the displacement varies by {spread:.1e} m (standard deviation) at most, in a run with a noise of {noise:.1e} m: nothing moves that a model could be compared with; measure at least one run in which the tip vibrates", campaign.display())]
+    #[error("{}: the {quantity} varies by {spread:.1e} {unit} (standard deviation) at most, in a run with a noise of {noise:.1e} {unit}: nothing moves that a model could be compared with; measure at least one run in which the tip vibrates", campaign.display())]
     NothingMoves {
         /// The campaign.
         campaign: PathBuf,
-        /// Largest standard deviation of a run's displacement, m.
+        /// What was measured.
+        quantity: &'static str,
+        /// Its unit.
+        unit: &'static str,
+        /// Largest standard deviation of a run, in that unit.
         spread: f64,
-        /// That of its noise, m.
+        /// That of its noise.
         noise: f64,
     },
 

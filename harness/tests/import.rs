@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use stickslip::measurement::{Campaign, Run};
+use stickslip::measurement::{Campaign, Measurand, Run};
 use tempfile::TempDir;
 
 fn file(name: &str) -> PathBuf {
@@ -115,7 +115,7 @@ fn val_every_format_holds_the_values_that_its_writer_was_given() {
     for (words, error) in cases {
         let (run, said) = run_of(words);
         near(
-            &run.displacement,
+            &run.measured,
             &displacement,
             error,
             &format!("{words:?}: {said}"),
@@ -364,4 +364,43 @@ fn every_file_is_what_meta_toml_says() {
         let stated = digests.get(name).and_then(toml::Value::as_str);
         assert_eq!(stated, Some(found.as_str()), "{name}");
     }
+}
+
+#[test]
+fn a_velocity_is_imported_where_it_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("t [ms];vibrometer [mm/s];belt [m/s]\n");
+    for i in 0..64 {
+        text += &format!("{};{};0.06\n", 0.1 * f64::from(i), 10 * ((7 * i) % 11 - 5));
+    }
+    std::fs::write(folder.path().join("v.csv"), text).unwrap();
+    let words = [
+        "v.csv",
+        "--velocity",
+        "vibrometer",
+        "--belt-velocity",
+        "mean:belt",
+    ];
+    let words = [&words[..], &["--normal-force", "60", "-o", "new"]].concat();
+    let output = import(&words, folder.path());
+    assert!(output.status.success(), "{}", said(&output));
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        told.contains("velocity 'vibrometer' in mm/s taken to m/s"),
+        "{told}"
+    );
+    let campaign = Campaign::load(&folder.path().join("new")).unwrap();
+    assert_eq!(campaign.measurand(), Measurand::Velocity);
+    let run = &campaign.runs[0];
+    assert!(
+        (run.measured[1] - 0.02).abs() < 1e-15,
+        "{}",
+        run.measured[1]
+    );
+    assert!((run.belt_velocity - 0.06).abs() < 1e-15);
+    let toml = std::fs::read_to_string(folder.path().join("new/campaign.toml")).unwrap();
+    assert!(
+        toml.contains("velocity_column = \"tip_velocity_m_per_s\""),
+        "{toml}"
+    );
 }

@@ -177,7 +177,7 @@ fn mistakes_are_named_with_channel_and_remedy() {
         (
             "speed.csv",
             format!("t [s],x [mm/s]\n{}", rows(&|i| format!("{i},{}\n", i % 5))),
-            &["channel 'x'", "a velocity"],
+            &["channel 'x'", "a velocity", "--velocity x"],
         ),
         (
             "volts.csv",

@@ -14,6 +14,7 @@ use stickslip::command::{
     try_effects,
 };
 use stickslip::error::Error;
+use stickslip::measurement::Campaign;
 use stickslip::parallel::on_this_thread;
 use stickslip::watch::Watch;
 
@@ -131,6 +132,8 @@ fn performed(command: &Command, program: PathBuf, watch: &dyn Watch) -> Result<R
             signals: Signals::Motion(simulate::perform(arguments, watch)?),
         },
         Command::Compare(arguments) => {
+            // The class of the result names its curves displacements.
+            Campaign::load(arguments.campaign())?.require_displacement("stickslip.compare")?;
             let found = compare::perform(arguments, watch)?;
             found.gate()?;
             Returned {
@@ -216,8 +219,8 @@ impl Signals {
                         |name: &str, values| curves.set_item(name, PyArray1::from_vec(py, values));
                     of("time", run.curves.time)?;
                     of("measured", run.curves.measured)?;
-                    of("model", run.curves.model.0)?;
-                    of("model_velocity", run.curves.model.1)?;
+                    of("model", run.curves.model)?;
+                    of("model_velocity", run.curves.model_other)?;
                     of("residual", run.curves.residual)?;
                     let sticks = run.curves.measured_stick.sticks;
                     curves.set_item("sticks", PyArray1::from_vec(py, sticks))?;

@@ -20,7 +20,11 @@ use crate::raised::raised;
 #[pyfunction]
 pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let campaign = py
-        .detach(|| Campaign::load(&path))
+        .detach(|| {
+            let campaign = Campaign::load(&path)?;
+            campaign.require_displacement("stickslip.Campaign")?;
+            Ok(campaign)
+        })
         .map_err(|error| raised(py, &error))?;
     let beam = PyDict::new(py);
     beam.set_item(
@@ -42,7 +46,7 @@ pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict
         entry.set_item("belt_velocity", run.belt_velocity)?;
         entry.set_item("normal_force", run.normal_force)?;
         entry.set_item("time", PyArray1::from_vec(py, run.time))?;
-        entry.set_item("displacement", PyArray1::from_vec(py, run.displacement))?;
+        entry.set_item("displacement", PyArray1::from_vec(py, run.measured))?;
         entry.set_item("inputs", inputs)?;
         entry.set_item("noise_std", run.noise.std)?;
         entry.set_item("sample_interval", run.sampling.interval)?;

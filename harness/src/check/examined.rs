@@ -71,7 +71,7 @@ impl<'a> Examined<'a> {
     /// Mean deflection times stiffness over the normal force: the mean coefficient of friction, if
     /// the sensor has no offset.
     pub fn mean_friction(&self) -> Option<f64> {
-        let ratio = self.stiffness? * self.motion.mean / self.run.normal_force;
+        let ratio = self.stiffness? * self.motion.mean? / self.run.normal_force;
         ratio.is_finite().then_some(ratio)
     }
 }

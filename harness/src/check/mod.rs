@@ -20,7 +20,7 @@ use finding::gathered;
 pub use finding::{Finding, Severity};
 use serde::Serialize;
 
-use crate::measurement::Campaign;
+use crate::measurement::{Campaign, Measurand, NoiseStd};
 
 /// What was found in a campaign.
 #[derive(Debug, Clone, Serialize)]
@@ -29,6 +29,9 @@ pub struct Quality {
     pub campaign: String,
     /// The runs in the order of the file.
     pub runs: Vec<RunQuality>,
+    /// What was measured.
+    #[serde(skip)]
+    pub measurand: Measurand,
     /// What there is to say, errors first.
     pub findings: Vec<Finding>,
 }
@@ -42,9 +45,10 @@ pub struct RunQuality {
     pub samples: usize,
     /// Samples per second, Hz.
     pub sample_rate_hz: f64,
-    /// Noise, m.
-    pub noise_std_m: f64,
-    /// Range of the displacement, m.
+    /// Noise.
+    #[serde(flatten)]
+    pub noise_std: NoiseStd,
+    /// Range of the displacement, or of the integral of the velocity, m.
     pub range_m: f64,
     /// Stated belt speed, m/s.
     pub belt_velocity_m_per_s: f64,
@@ -105,6 +109,7 @@ pub fn check(campaign: &Campaign) -> Quality {
     }
     Quality {
         campaign: campaign.name.clone(),
+        measurand: campaign.measurand(),
         runs: runs.iter().map(RunQuality::of).collect(),
         findings: gathered(findings),
     }
@@ -117,7 +122,7 @@ impl RunQuality {
             name: record.name.clone(),
             samples: record.time.len(),
             sample_rate_hz: 1.0 / record.sample_interval(),
-            noise_std_m: record.noise.std,
+            noise_std: NoiseStd::of(record.measurand, record.noise.std),
             range_m: motion.range,
             belt_velocity_m_per_s: record.belt_velocity,
             stick_speed_m_per_s: motion.stick_speed,

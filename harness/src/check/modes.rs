@@ -1,9 +1,11 @@
 //! Stated natural frequencies against those of the motion.
 
+use std::borrow::Cow;
+
 use super::examined::Examined;
 use super::finding::{Finding, Severity, digits};
 use super::thresholds::{FREQUENCY_FACTOR, SLIP_FREQUENCY};
-use crate::measurement::{BeamKnowledge, Campaign};
+use crate::measurement::{BeamKnowledge, Campaign, Measurand};
 use crate::metric::{median, spectrum, velocity};
 
 /// Factors between frequencies that are confused: doubled, halved, angular frequencies (rad/s) in
@@ -100,7 +102,11 @@ const NEIGHBOURS: i32 = 6;
 /// beside it.
 fn prominence(run: &Examined, frequency: f64) -> Option<f64> {
     let interval = run.run.sample_interval();
-    let speed = velocity(&run.run.time, &run.run.displacement, 2);
+    let record = run.run;
+    let speed = match record.measurand {
+        Measurand::Displacement => Cow::Owned(velocity(&record.time, &record.measured, 2)),
+        Measurand::Velocity => Cow::Borrowed(record.measured.as_slice()),
+    };
     let acceleration = velocity(&run.run.time, &speed, 2);
     let spectrum = spectrum(&acceleration, interval);
     let step = *spectrum.frequency.get(1)?;

@@ -1,9 +1,14 @@
 //! What one run says of itself, without a look at what is stated of it.
 
+use std::borrow::Cow;
+
 use super::plateau::{Plateau, plateau};
 use super::thresholds::{LEAST_SPEED, WIDEST_BAND};
-use crate::measurement::{BeamKnowledge, Run};
-use crate::metric::{amplitude, quantile, standard_deviation, stick_velocity, velocity};
+use crate::measurement::{BeamKnowledge, Measurand, Run};
+use crate::metric::{
+    amplitude, integral, measured_stick_velocity, quantile, standard_deviation, stick_velocity,
+    velocity,
+};
 
 /// What is measured in a run.
 #[derive(Debug, Clone)]
@@ -12,23 +17,26 @@ pub struct Motion {
     pub stick_speed: Option<f64>,
     /// Share of the samples in stick, 1.
     pub stick_share: f64,
-    /// Range of the displacement without its outermost percent, m.
+    /// Range of the displacement, or of the integral of the velocity, without its outermost percent, m.
     pub range: f64,
-    /// Mean displacement, m.
-    pub mean: f64,
-    /// Standard deviation of the displacement, m.
+    /// Mean displacement, m; `None` where a velocity was measured.
+    pub mean: Option<f64>,
+    /// Standard deviation of what was measured, m or m/s.
     pub std: f64,
     /// Fastest speed but for the outermost percent, m/s.
     pub fastest: f64,
     /// Frequency of the free motion in slip, Hz.
     pub slip_frequency: Option<f64>,
-    /// Where the displacement itself rests, m, with the share of samples there.
+    /// Where what was measured itself rests, m or m/s, with the share of samples there.
     pub rest: Option<(f64, f64)>,
-    /// Where the integrated displacement rests, m s: the stick speed, had an acceleration been
-    /// measured.
+    /// Where the integral of what was measured rests, m s or m: the stick speed, had an acceleration
+    /// been measured.
     pub integral_rest: Option<f64>,
-    /// Change of the displacement over the run by a straight line through it, m; 0 where the run is
-    /// too short to tell.
+    /// Where the derivative of what was measured rests, m/s or m/s2: the stick speed, had a
+    /// displacement been measured in place of a velocity.
+    pub derivative_rest: Option<f64>,
+    /// Change of what was measured over the run by a straight line through it, m or m/s; 0 where
+    /// the run is too short to tell.
     pub trend: f64,
 }
 
@@ -44,49 +52,54 @@ const FEWEST: usize = 50;
 impl Motion {
     /// Of a run; `beam` says only over how many samples the motion is smoothed.
     pub fn of(run: &Run, beam: &BeamKnowledge) -> Motion {
-        let (time, values) = (&run.time, &run.displacement);
+        let (time, values) = (&run.time, &run.measured);
         let interval = run.sample_interval();
         let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
-        let speed = velocity(time, values, half);
         let h = half as f64;
         let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
-        let stick = plateau(&speed, run.noise.std * per_noise);
+        let slope_noise = run.noise.std * per_noise;
+        let (displacement, speed, speed_noise) = match run.measurand {
+            Measurand::Displacement => {
+                let speed = velocity(time, values, half);
+                (Cow::Borrowed(values.as_slice()), speed, slope_noise)
+            }
+            Measurand::Velocity => {
+                let displacement = integral(time, values);
+                (Cow::Owned(displacement), values.clone(), run.noise.std)
+            }
+        };
+        let stick = plateau(&speed, speed_noise);
         let absolute: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
         let fastest = quantile(&absolute, 0.99);
         let clear = |p: &Plateau| p.value.abs() > (p.half / WIDEST_BAND).max(LEAST_SPEED * fastest);
         let stick = stick.filter(clear);
-        let found = stick
-            .as_ref()
-            .and_then(|p| stick_velocity(time, values, &p.on));
+        let found = stick.as_ref().and_then(|p| match run.measurand {
+            Measurand::Displacement => stick_velocity(time, values, &p.on),
+            Measurand::Velocity => measured_stick_velocity(values, &p.on),
+        });
         let stick = stick.filter(|_| found.is_some());
         Motion {
             stick_speed: found.map(|f| f.velocity),
             stick_share: stick.as_ref().map_or(0.0, |p| p.share),
-            range: 2.0 * amplitude(values),
-            mean: values.iter().sum::<f64>() / values.len() as f64,
+            range: 2.0 * amplitude(&displacement),
+            mean: match run.measurand {
+                Measurand::Displacement => Some(values.iter().sum::<f64>() / values.len() as f64),
+                Measurand::Velocity => None,
+            },
             std: standard_deviation(values),
             fastest,
-            slip_frequency: slip_frequency(run, beam, &speed, stick.as_ref()),
+            slip_frequency: slip_frequency(run, beam, (&displacement, &speed), stick.as_ref()),
             rest: plateau(values, run.noise.std).map(|p| (p.value, p.share)),
             integral_rest: plateau(&integral(time, values), 0.0).map(|p| p.value),
+            derivative_rest: match run.measurand {
+                Measurand::Displacement => None,
+                Measurand::Velocity => {
+                    plateau(&velocity(time, values, half), slope_noise).map(|p| p.value)
+                }
+            },
             trend: trend(time, values),
         }
     }
-}
-
-/// Integral from the first sample, by trapezoids, of the signal about its mean; about its own mean.
-fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let mut sum = 0.0;
-    let mut out = Vec::with_capacity(values.len());
-    out.push(0.0);
-    for (t, v) in time.windows(2).zip(values.windows(2)) {
-        sum += (t[1] - t[0]) * ((v[0] + v[1]) / 2.0 - mean);
-        out.push(sum);
-    }
-    let mean = out.iter().sum::<f64>() / out.len() as f64;
-    out.iter_mut().for_each(|v| *v -= mean);
-    out
 }
 
 /// Fewest times that a motion passes the straight line through it: five cycles. A piece of one
@@ -142,7 +155,7 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
 fn slip_frequency(
     run: &Run,
     beam: &BeamKnowledge,
-    speed: &[f64],
+    (displacement, speed): (&[f64], &[f64]),
     stick: Option<&Plateau>,
 ) -> Option<f64> {
     let springs = beam.natural_frequencies_hz.iter().copied();
@@ -164,7 +177,7 @@ fn slip_frequency(
             })
             .collect()
     };
-    let displacement = mean(&run.displacement);
+    let displacement = mean(displacement);
     let acceleration = velocity(&run.time, &mean(speed), half);
     let in_slip = |i: &usize| {
         stick.is_none_or(|p| (speed[*i] - p.value).abs() > WELL_IN_SLIP * p.value.abs())

@@ -9,27 +9,28 @@ use super::thresholds::{
     FACTOR_FITS, FREQUENCIES, LEAST_FRICTION, LEAST_RANGE, REST_SHARE, SPEED_FACTOR, SPEED_OFF,
     SPEEDS,
 };
+use crate::measurement::Measurand;
 
-/// Factors that turn a column into SI if it is in another unit: of displacement, of time, of the
-/// belt's speed, of the force.
+/// Factors that turn a column into SI if it is in another unit: of what was measured, of time, of
+/// the belt's speed, of the force.
 #[derive(Debug, Clone, Copy)]
 struct Factors {
-    displacement: f64,
+    measured: f64,
     time: f64,
     belt: f64,
     force: f64,
 }
 
 const NONE: Factors = Factors {
-    displacement: 1.0,
+    measured: 1.0,
     time: 1.0,
     belt: 1.0,
     force: 1.0,
 };
 
-const fn displacement(factor: f64) -> Factors {
+const fn measured_in(factor: f64) -> Factors {
     Factors {
-        displacement: factor,
+        measured: factor,
         ..NONE
     }
 }
@@ -41,28 +42,29 @@ const fn time(factor: f64) -> Factors {
     }
 }
 
-/// The mistakes that are made, the more frequent ones first; single ones before two at once.
+/// The mistakes that are made with displacements, the more frequent ones first; single ones before
+/// two at once.
 const MISTAKES: [(&str, Factors, &str); 15] = [
     ("time_in_ms", time(1e-3), "times are in ms"),
     (
         "displacement_in_mm",
-        displacement(1e-3),
+        measured_in(1e-3),
         "the displacement is in mm",
     ),
     (
         "displacement_in_um",
-        displacement(1e-6),
+        measured_in(1e-6),
         "the displacement is in um",
     ),
     ("time_in_us", time(1e-6), "times are in us"),
     (
         "displacement_in_cm",
-        displacement(1e-2),
+        measured_in(1e-2),
         "the displacement is in cm",
     ),
     (
         "displacement_in_inch",
-        displacement(0.0254),
+        measured_in(0.0254),
         "the displacement is in inches",
     ),
     (
@@ -98,18 +100,18 @@ const MISTAKES: [(&str, Factors, &str); 15] = [
     ),
     (
         "displacement_scaled_twice",
-        displacement(1e3),
+        measured_in(1e3),
         "the displacement is scaled from mm to m twice",
     ),
     (
         "displacement_scaled_twice",
-        displacement(1e6),
+        measured_in(1e6),
         "the displacement is scaled from um to m twice",
     ),
     (
         "time_in_ms_displacement_in_mm",
         Factors {
-            displacement: 1e-3,
+            measured: 1e-3,
             time: 1e-3,
             ..NONE
         },
@@ -118,7 +120,7 @@ const MISTAKES: [(&str, Factors, &str); 15] = [
     (
         "time_in_ms_displacement_in_um",
         Factors {
-            displacement: 1e-6,
+            measured: 1e-6,
             time: 1e-3,
             ..NONE
         },
@@ -126,11 +128,55 @@ const MISTAKES: [(&str, Factors, &str); 15] = [
     ),
 ];
 
+/// The mistakes that are made with velocities.
+const MISTAKES_WITH_VELOCITIES: [(&str, Factors, &str); 5] = [
+    (
+        "velocity_in_mm_per_s",
+        measured_in(1e-3),
+        "the velocity is in mm/s",
+    ),
+    (
+        "velocity_in_um_per_s",
+        measured_in(1e-6),
+        "the velocity is in um/s",
+    ),
+    (
+        "velocity_in_cm_per_s",
+        measured_in(1e-2),
+        "the velocity is in cm/s",
+    ),
+    (
+        "velocity_in_inch_per_s",
+        measured_in(0.0254),
+        "the velocity is in inches per second",
+    ),
+    (
+        "velocity_scaled_twice",
+        measured_in(1e3),
+        "the velocity is scaled from mm/s to m/s twice",
+    ),
+];
+
+/// The mistakes that may have been made in a run.
+fn mistakes(run: &Examined) -> Vec<(&'static str, Factors, &'static str)> {
+    match run.run.measurand {
+        Measurand::Displacement => MISTAKES.to_vec(),
+        Measurand::Velocity => {
+            let others = MISTAKES.into_iter().filter(|m| m.1.measured == 1.0);
+            MISTAKES_WITH_VELOCITIES.into_iter().chain(others).collect()
+        }
+    }
+}
+
 impl Factors {
     /// Whether everything measured is plausible once these factors are applied; a sign is not
     /// looked at.
     fn explain(&self, run: &Examined) -> bool {
-        let speed = self.displacement / self.time / self.belt;
+        let (of_speed, of_range) = match run.run.measurand {
+            Measurand::Displacement => (self.measured / self.time, self.measured),
+            Measurand::Velocity => (self.measured, self.measured * self.time),
+        };
+        let speed = of_speed / self.belt;
         let by_stick = run
             .speed_ratio()
             .map(|ratio| (ratio.abs() * speed - 1.0).abs() < FACTOR_FITS);
@@ -140,7 +186,7 @@ impl Factors {
         };
         let range = run.range_ratio().is_none_or(|ratio| {
             let by_speed = run.range_by_speed().unwrap_or(0.0) * self.belt / self.force;
-            let ratio = ratio * self.displacement / self.force;
+            let ratio = ratio * of_range / self.force;
             (LEAST_RANGE..LEAST_FRICTION + by_speed).contains(&ratio)
         });
         let frequency = run
@@ -152,7 +198,7 @@ impl Factors {
     fn remedy(&self, run: &Examined, what: &str) -> String {
         let mut to_do = Vec::new();
         let keys = [
-            ("displacement_scale", self.displacement),
+            (run.run.measurand.scale_key(), self.measured),
             ("time_scale", self.time),
         ];
         for (key, factor) in keys {
@@ -202,7 +248,9 @@ pub fn scale(run: &Examined) -> Option<Finding> {
             (measured(run), stated(run), remedy),
         ))
     };
-    if !(contradicted || too_far || too_fast) {
+    // What is no velocity need not contradict the belt's: displacements in m are small numbers.
+    let mistaken = run.run.measurand == Measurand::Velocity && other_quantity(run).is_some();
+    if !(contradicted || too_far || too_fast || mistaken) {
         return (stick_off && !too_far).then(|| {
             let remedy = "measure the belt's speed again; diagnose calibrates a common factor, not each run's own".to_owned();
             Finding::of(
@@ -213,35 +261,50 @@ pub fn scale(run: &Examined) -> Option<Finding> {
             )
         });
     }
-    if (contradicted || speed.is_none())
+    if (contradicted || speed.is_none() || mistaken)
         && let Some((id, what)) = other_quantity(run)
     {
         let remedy = format!(
-            "it seems that {what} was measured: integrate it to a displacement in m, or name the column of the displacement with displacement_column"
+            "it seems that {what} was measured: {}",
+            other_remedy(run.run.measurand, id)
         );
         return error(id, remedy);
     }
     let reversed = speed.is_some_and(|a| a < 0.0);
-    let of_sign = "the tip sticks to a belt that runs the other way: change the sign of belt_velocity_m_per_s, or of displacement_scale if the sensor looks from the other side";
+    let scale_key = run.run.measurand.scale_key();
+    let of_sign = format!(
+        "the tip sticks to a belt that runs the other way: change the sign of belt_velocity_m_per_s, or of {scale_key} if the sensor looks from the other side"
+    );
     if reversed && NONE.explain(run) {
-        return error("sign", of_sign.to_owned());
+        return error("sign", of_sign);
     }
-    match MISTAKES.iter().find(|(_, factors, _)| factors.explain(run)) {
+    let mut mistakes = mistakes(run).into_iter();
+    match mistakes.find(|(_, factors, _)| factors.explain(run)) {
         Some((id, factors, what)) => {
-            let sign = if reversed { "; and the sign is reversed" } else { "" };
+            let sign = if reversed {
+                "; and the sign is reversed"
+            } else {
+                ""
+            };
             error(id, factors.remedy(run, what) + sign)
         }
         None if contradicted => error(
             "stick_speed",
-            "no usual unit explains it: check belt_velocity_m_per_s, time_scale, displacement_scale and which file belongs to this run".to_owned(),
+            format!(
+                "no usual unit explains it: check belt_velocity_m_per_s, time_scale, {scale_key} and which file belongs to this run"
+            ),
         ),
         None if too_fast => error(
             "speed",
-            "no usual unit explains it: check time_scale, displacement_scale and belt_velocity_m_per_s".to_owned(),
+            format!(
+                "no usual unit explains it: check time_scale, {scale_key} and belt_velocity_m_per_s"
+            ),
         ),
         None => error(
             "deflection",
-            "no usual unit explains it: check normal_force_n, displacement_scale and [beam] (frequencies, masses, tip values)".to_owned(),
+            format!(
+                "no usual unit explains it: check normal_force_n, {scale_key} and [beam] (frequencies, masses, tip values)"
+            ),
         ),
     }
 }
@@ -271,16 +334,36 @@ pub fn share(runs: &[Examined], findings: &mut [Option<Finding>]) {
     }
 }
 
-/// Velocity or acceleration in place of the displacement: the signal itself, or its integral, rests
-/// at the belt's speed.
+/// What to do where something else was measured than is stated.
+fn other_remedy(stated: Measurand, found: &str) -> &'static str {
+    match (stated, found) {
+        (Measurand::Displacement, "velocity") => {
+            "name its column with velocity_column in place of displacement_column, or name the column of the displacement"
+        }
+        (Measurand::Displacement, _) => {
+            "integrate it to a displacement in m, or name the column of the displacement with displacement_column"
+        }
+        (Measurand::Velocity, "displacement") => {
+            "name its column with displacement_column in place of velocity_column, or name the column of the velocity"
+        }
+        (Measurand::Velocity, _) => {
+            "integrate it to a velocity in m/s, or name the column of the velocity with velocity_column"
+        }
+    }
+}
+
+/// Another quantity in place of the one stated: the signal itself, its integral or its derivative rests at the belt's speed.
 fn other_quantity(run: &Examined) -> Option<(&'static str, &'static str)> {
     let belt = run.run.belt_velocity;
     let fits = |value: f64| (value / belt - 1.0).abs() < FACTOR_FITS;
+    if run.run.measurand == Measurand::Velocity && run.motion.derivative_rest.is_some_and(fits) {
+        return Some(("displacement", "a displacement"));
+    }
     let (rest, share) = run.motion.rest?;
     if share < REST_SHARE {
         return None;
     }
-    if fits(rest) {
+    if run.run.measurand == Measurand::Displacement && fits(rest) {
         return Some(("velocity", "a velocity"));
     }
     let at_zero = rest.abs() < 0.1 * run.motion.std;

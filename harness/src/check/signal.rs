@@ -6,7 +6,7 @@ use super::thresholds::{
     CLIPPED_ERROR, DRIFT, FAULTY_WARNING, JITTER, MISSING, NO_MOTION, SAMPLES_PER_FASTEST,
     SAMPLES_PER_PERIOD,
 };
-use crate::measurement::{BeamKnowledge, FaultKind};
+use crate::measurement::{BeamKnowledge, FaultKind, Measurand};
 
 /// Findings on one run; `timed` tells whether its times can be trusted.
 pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding> {
@@ -16,18 +16,22 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
         let texts = (measured, stated, remedy.to_owned());
         found.push(Finding::of(severity, id, &record.name, texts));
     };
-    let first = record.displacement[0];
-    if record.displacement.iter().all(|value| *value == first) {
+    let (quantity, unit) = (record.measurand.name(), record.measurand.unit());
+    let first = record.measured[0];
+    if record.measured.iter().all(|value| *value == first) {
         say(
             Severity::Error,
             if first == 0.0 { "zero" } else { "constant" },
             format!(
-                "all {} samples are {} m",
-                record.displacement.len(),
+                "all {} samples are {} {unit}",
+                record.measured.len(),
                 digits(first)
             ),
-            "a tip displacement".into(),
-            "the channel is dead or another one: check the sensor, or name the right column with displacement_column",
+            format!("a tip {quantity}"),
+            &format!(
+                "the channel is dead or another one: check the sensor, or name the right column with {}",
+                record.measurand.column_key()
+            ),
         );
         return found;
     }
@@ -36,7 +40,7 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
             Severity::Warning,
             "no_motion",
             format!(
-                "a standard deviation of {} m, {:.1} times the noise",
+                "a standard deviation of {} {unit}, {:.1} times the noise",
                 digits(motion.std),
                 motion.std / record.noise.std
             ),
@@ -46,7 +50,7 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
     }
     let share = |kind: FaultKind| {
         let samples = record.faults.iter().filter(|f| f.kind == kind);
-        samples.map(|f| f.samples).sum::<usize>() as f64 / record.displacement.len() as f64
+        samples.map(|f| f.samples).sum::<usize>() as f64 / record.measured.len() as f64
     };
     let faults = [
         (FaultKind::Clipped, "clipped", "at the end of the range"),
@@ -121,14 +125,18 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
             "pieces without gaps are used; measure again if these are short",
         );
     }
-    if motion.trend.abs() > DRIFT * motion.range {
+    let range = match record.measurand {
+        Measurand::Displacement => motion.range,
+        Measurand::Velocity => 2.0 * motion.fastest,
+    };
+    if motion.trend.abs() > DRIFT * range {
         say(
             Severity::Warning,
             "drift",
             format!(
-                "the displacement rises by {} m over the run, of a range of {} m",
+                "the {quantity} rises by {} {unit} over the run, of a range of {} {unit}",
                 digits(motion.trend),
-                digits(motion.range)
+                digits(range)
             ),
             "a motion about a mean that stays".into(),
             "let sensor and rig warm up, or take the trend off the column",

@@ -77,7 +77,15 @@ fn page(quality: &Quality) -> String {
     let _ = writeln!(
         out,
         "{:<wide$} {:>8} {:>9} {:>9} {:>9} {:>10} {:>10} {:>6} {:>9}",
-        "", "", "Hz", "m", "m", "m/s", "m/s", "%", "mean"
+        "",
+        "",
+        "Hz",
+        "m",
+        quality.measurand.unit(),
+        "m/s",
+        "m/s",
+        "%",
+        "mean"
     );
     for run in &quality.runs {
         out += &row(run, wide);
@@ -103,7 +111,7 @@ fn row(run: &RunQuality, wide: usize) -> String {
         run.samples,
         run.sample_rate_hz,
         run.range_m,
-        run.noise_std_m,
+        run.noise_std.value(),
         run.belt_velocity_m_per_s,
         stick,
         100.0 * run.stick_share,

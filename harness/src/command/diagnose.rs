@@ -11,7 +11,8 @@ use super::given_campaign::Forced;
 use super::progress::Progress;
 use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
 use crate::diagnose::data::hold_out::HoldOut;
-use crate::diagnose::model::acting::acting;
+use crate::diagnose::model::acting::leave_out;
+use crate::diagnose::model::displacement_range::displacement_ranges;
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::hypothesis::structure;
 use crate::diagnose::model::library;
@@ -247,8 +248,10 @@ fn searched<R>(
     then: impl FnOnce(&mut Problem, &mut Selection) -> Result<R, Error>,
 ) -> Result<R, Error> {
     let structure = structure(fmu, &campaign.beam)?;
-    let lowest = lowest_frequency(campaign, &structure);
-    let unknown = unknown_functions(campaign, lowest, 1.0 / structure.inverse_tip_mass());
+    let ranges = displacement_ranges(fmu, campaign, &structure)?;
+    let lowest = lowest_frequency(campaign, &structure, &ranges);
+    let mass = 1.0 / structure.inverse_tip_mass();
+    let unknown = unknown_functions(campaign, lowest, mass, &ranges);
     let hold_out = search.hold_out;
     let files: Vec<&str> = search
         .library
@@ -263,7 +266,7 @@ fn searched<R>(
     watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
     problem.unknown_functions = unknown;
-    problem.acts = acting(&problem)?;
+    leave_out(&mut problem)?;
     let inputs = Provenance::of_campaign(campaign, fmu.path())?;
     let inputs = format!(
         "{} {} {hold_out:?} {:?}",

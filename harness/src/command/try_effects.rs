@@ -7,12 +7,14 @@ use clap::Args;
 use super::diagnose::{report, terminal, written_json};
 use super::given_campaign::{self, Forced};
 use super::progress::Progress;
+use crate::diagnose::model::acting::leave_out;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::climb;
 use crate::diagnose::selection::select::follow;
 use crate::diagnose::stages;
 use crate::error::Error;
+use crate::measurement::Measurand;
 use crate::output::{make_folder, print, print_line};
 use crate::watch::Watch;
 
@@ -63,6 +65,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
+/// Of a campaign of velocities, refuses effects that a sensor of displacements alone shows.
+fn leave_out_blind(problem: &mut Problem, effects: &[usize]) -> Result<(), Error> {
+    if problem.campaign.measurand() == Measurand::Displacement {
+        return Ok(());
+    }
+    leave_out(problem)?;
+    match effects.iter().find(|effect| !problem.acts[**effect]) {
+        None => Ok(()),
+        Some(&effect) => Err(Error::Option {
+            option: "--add",
+            value: problem.catalogue[effect].id.clone(),
+            rule: "can't act in this campaign: it does not move the tip, and what was measured is the tip's velocity; leave it out".into(),
+        }),
+    }
+}
+
 /// Tries the effects and writes everything into the folder of the options.
 ///
 /// # Errors
@@ -78,6 +96,7 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Er
             effects.push(index);
         }
     }
+    leave_out_blind(&mut problem, &effects)?;
     make_folder(&arguments.output)?;
     let selection = follow(&problem, &effects, watch)?;
     let command = format!("try --add {}", arguments.add.join(" --add "));

@@ -66,7 +66,7 @@ fn columns_and_scales_can_be_chosen_per_campaign_and_per_run() {
         .replace(',', ";");
     let run = &load(&campaign, &csv).unwrap().runs[0];
     assert!((run.sampling.interval - 2e-4).abs() < 1e-12);
-    assert_eq!(run.displacement[1], -1e-9);
+    assert_eq!(run.measured[1], -1e-9);
 }
 
 #[test]

@@ -96,9 +96,11 @@ struct RawBeam {
 #[serde(deny_unknown_fields)]
 struct RawChannels {
     time_column: Option<String>,
-    displacement_column: Option<String>,
+    displacement_column: Option<Spanned<String>>,
+    velocity_column: Option<Spanned<String>>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
+    velocity_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
     belt_velocity_column: Option<String>,
@@ -121,9 +123,11 @@ struct RawRun {
     normal_force_n: Option<Spanned<f64>>,
     external_force_n: Option<Spanned<f64>>,
     time_column: Option<String>,
-    displacement_column: Option<String>,
+    displacement_column: Option<Spanned<String>>,
+    velocity_column: Option<Spanned<String>>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
+    velocity_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
     belt_velocity_column: Option<String>,
@@ -190,9 +194,14 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         normal_force_n: Some(Spanned::new(0..0, single.normal_force)),
         external_force_n: None,
         time_column: single.time_column.clone(),
-        displacement_column: single.displacement_column.clone(),
+        displacement_column: single
+            .displacement_column
+            .clone()
+            .map(|name| Spanned::new(0..0, name)),
+        velocity_column: None,
         time_scale: None,
         displacement_scale: None,
+        velocity_scale: None,
         delimiter: None,
         sample_rate_hz: None,
         belt_velocity_column: None,
@@ -211,7 +220,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     })
 }
 
-fn line_of(text: &str, span: Range<usize>) -> usize {
+pub(super) fn line_of(text: &str, span: Range<usize>) -> usize {
     1 + text
         .bytes()
         .take(span.start)
@@ -220,17 +229,17 @@ fn line_of(text: &str, span: Range<usize>) -> usize {
 }
 
 /// The checks; knows the text, so that it can name lines.
-struct Check<'a> {
-    path: &'a Path,
-    text: &'a str,
+pub(super) struct Check<'a> {
+    pub(super) path: &'a Path,
+    pub(super) text: &'a str,
 }
 
 /// What a number must be.
-type Rule = (fn(f64) -> bool, &'static str);
+pub(super) type Rule = (fn(f64) -> bool, &'static str);
 
 const POSITIVE: Rule = (|v| v > 0.0, "it must be greater than zero");
 const NOT_NEGATIVE: Rule = (|v| v >= 0.0, "it must not be negative");
-const NOT_ZERO: Rule = (|v| v != 0.0, "it must not be zero");
+pub(super) const NOT_ZERO: Rule = (|v| v != 0.0, "it must not be zero");
 const SHARE: Rule = (
     |v| (1e-6..=0.5).contains(&v),
     "it is a share of the value, from 0.000001 to 0.5",
@@ -238,7 +247,7 @@ const SHARE: Rule = (
 const ANY: Rule = (|_| true, "it must be a finite number");
 
 impl Check<'_> {
-    fn number(
+    pub(super) fn number(
         &self,
         key: &str,
         unit: &'static str,
@@ -527,6 +536,15 @@ impl Check<'_> {
             Some(value) => self.number(key, "1", rule, value).map(Some),
             None => Ok(None),
         };
+        let of_run = [
+            (raw.displacement_column, raw.displacement_scale),
+            (raw.velocity_column, raw.velocity_scale),
+        ];
+        let of_all = [
+            (common.displacement_column, common.displacement_scale),
+            (common.velocity_column, common.velocity_scale),
+        ];
+        let measured = self.measured(of_run, of_all)?;
         let stem = || {
             Path::new(&file)
                 .file_stem()
@@ -558,14 +576,8 @@ impl Check<'_> {
             interpolation: raw.input_interpolation.or(common.input_interpolation),
             channels: Channels {
                 time_column: raw.time_column.or(common.time_column),
-                displacement_column: raw.displacement_column.or(common.displacement_column),
+                measured,
                 time_scale: scale("time_scale", POSITIVE, raw.time_scale, common.time_scale)?,
-                displacement_scale: scale(
-                    "displacement_scale",
-                    NOT_ZERO,
-                    raw.displacement_scale,
-                    common.displacement_scale,
-                )?,
                 delimiter: self.delimiter(raw.delimiter.or(common.delimiter))?,
                 sample_rate: match raw.sample_rate_hz.or(common.sample_rate_hz) {
                     Some(rate) => Some(self.number("sample_rate_hz", "Hz", POSITIVE, rate)?),

@@ -1,19 +1,27 @@
-//! Time, displacement and measured inputs of a run from a table, in SI units.
+//! Time, measured motion and inputs of a run from a table, in SI units.
 
 use std::path::Path;
 
+use super::measurand::Measurand;
 use super::table::Table;
 use super::unit::{Name, Quantity};
 use crate::error::Error;
 use crate::wording::nearest;
 
-/// Which columns to read, and the factors that turn them into s and m. What is `None` is found in
+/// What the sensor at the tip measured; what is `None` is found in the header.
+#[derive(Default)]
+pub(super) struct Measured {
+    pub measurand: Option<Measurand>,
+    pub column: Option<String>,
+    pub scale: Option<f64>,
+}
+
+/// Which columns to read, and the factors that turn them into SI units. What is `None` is found in
 /// the header.
 pub(super) struct Channels {
     pub time_column: Option<String>,
-    pub displacement_column: Option<String>,
+    pub measured: Measured,
     pub time_scale: Option<f64>,
-    pub displacement_scale: Option<f64>,
     pub delimiter: Option<u8>,
     /// Samples per second, for a file without a column of times.
     pub sample_rate: Option<f64>,
@@ -21,19 +29,21 @@ pub(super) struct Channels {
     pub inputs: [(Option<String>, Option<f64>); 3],
 }
 
-/// Time, displacement and what was measured of the inputs.
+/// Time, motion of the tip and what was measured of the inputs.
 pub(super) struct Record {
     /// s; strictly increasing.
     pub time: Vec<f64>,
-    /// m.
-    pub displacement: Vec<f64>,
+    /// What was measured at the tip.
+    pub measurand: Measurand,
+    /// Its values in the measurand's SI unit.
+    pub measured: Vec<f64>,
     /// Name and values of each of [`INPUTS`], SI units.
     pub inputs: [Option<(String, Vec<f64>)>; 3],
     /// How the file was read, where it is not plain comma-separated values in SI units.
     pub understood: Option<String>,
 }
 
-/// Reads time (s), displacement (m) and inputs. Rows without one of them are left out, as missing
+/// Reads time (s), the measured motion (SI units) and inputs. Rows without one of them are left out, as missing
 /// samples.
 pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
     let table = Table::read(path, channels.delimiter)?;
@@ -42,8 +52,13 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
         table: &table,
     };
     let mut differs = table.differs.clone();
-    let at = choice.column(&DISPLACEMENT, channels.displacement_column.as_deref())?;
-    let scale = choice.scale(&DISPLACEMENT, at, channels.displacement_scale, &mut differs)?;
+    let (measurand, at) = choice.measured(channels)?;
+    let scale = choice.scale(
+        of_motion(measurand),
+        at,
+        channels.measured.scale,
+        &mut differs,
+    )?;
     let (times, values) = match channels.sample_rate {
         Some(rate) => {
             differs.push(format!("times from sample_rate_hz = {rate}"));
@@ -59,21 +74,21 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
             (times, values)
         }
     };
-    let mut measured: Vec<Vec<f64>> = Vec::new();
+    let mut of_inputs: Vec<Vec<f64>> = Vec::new();
     for (wanted, (stated, own)) in INPUTS.iter().zip(&channels.inputs) {
         if stated.is_some() {
             let at = choice.column(wanted, stated.as_deref())?;
             let scale = choice.scale(wanted, at, *own, &mut differs)?;
             let [mut column] = table.columns([at])?;
             column.iter_mut().for_each(|v| *v *= scale);
-            measured.push(column);
+            of_inputs.push(column);
         }
     }
-    let mut kept: Vec<Vec<f64>> = vec![Vec::new(); measured.len()];
+    let mut kept: Vec<Vec<f64>> = vec![Vec::new(); of_inputs.len()];
     let rows = values.len();
-    let (mut time, mut displacement) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
+    let (mut time, mut measured) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
     for (row, ((line, t), value)) in table.lines().zip(times).zip(values).enumerate() {
-        let lacks_input = measured.iter().any(|column| column[row].is_nan());
+        let lacks_input = of_inputs.iter().any(|column| column[row].is_nan());
         if t.is_nan() || value.is_nan() || lacks_input {
             continue;
         }
@@ -88,8 +103,8 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
             });
         }
         time.push(t);
-        displacement.push(value * scale);
-        for (kept, column) in kept.iter_mut().zip(&measured) {
+        measured.push(value * scale);
+        for (kept, column) in kept.iter_mut().zip(&of_inputs) {
             kept.push(column[row]);
         }
     }
@@ -104,7 +119,8 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
     });
     Ok(Record {
         time,
-        displacement,
+        measurand,
+        measured,
         inputs,
         understood: (!differs.is_empty()).then(|| differs.join(", ")),
     })
@@ -139,6 +155,21 @@ const DISPLACEMENT: Wanted = Wanted {
     scale_key: "displacement_scale",
     unit: "m",
 };
+const VELOCITY: Wanted = Wanted {
+    quantity: Quantity::Velocity,
+    usual: ["tip_velocity_m_per_s", "tip_velocity"],
+    plain: &[],
+    key: "velocity_column",
+    scale_key: "velocity_scale",
+    unit: "m/s",
+};
+
+fn of_motion(measurand: Measurand) -> &'static Wanted {
+    match measurand {
+        Measurand::Displacement => &DISPLACEMENT,
+        Measurand::Velocity => &VELOCITY,
+    }
+}
 
 /// The inputs that a column can give: belt velocity, normal force, external force.
 pub(super) const INPUTS: [Wanted; 3] = [
@@ -174,6 +205,45 @@ struct Choice<'a> {
 }
 
 impl Choice<'_> {
+    /// What was measured at the tip, and its column. Where nothing is stated, a displacement, or, where the header has none, a
+    /// velocity that is not the belt's.
+    fn measured(&self, channels: &Channels) -> Result<(Measurand, usize), Error> {
+        let Measured {
+            measurand, column, ..
+        } = &channels.measured;
+        if let Some(measurand) = measurand {
+            // The belt's velocity must not be taken for the tip's.
+            let named_by_none = *measurand == Measurand::Velocity && column.is_none();
+            let found = named_by_none.then(|| self.tip_velocity(channels)).flatten();
+            let wanted = of_motion(*measurand);
+            let at = found.map_or_else(|| self.column(wanted, column.as_deref()), Ok)?;
+            return Ok((*measurand, at));
+        }
+        match self.column(&DISPLACEMENT, None) {
+            Err(lacking @ Error::MissingColumn { .. }) => {
+                let found = self.tip_velocity(channels);
+                found.map_or(Err(lacking), |at| Ok((Measurand::Velocity, at)))
+            }
+            found => Ok((Measurand::Displacement, found?)),
+        }
+    }
+
+    /// The only column that may be the tip's velocity, without a key that says so.
+    fn tip_velocity(&self, channels: &Channels) -> Option<usize> {
+        let names = &self.table.names;
+        let belt = &INPUTS[0];
+        let is_belt = |name: &Name| {
+            let stated = channels.inputs[0].0.as_deref();
+            stated.is_some_and(|stated| name.is(stated)) || belt.usual.iter().any(|u| name.is(u))
+        };
+        let only = |fits: &dyn Fn(&Name) -> bool| {
+            let mut found = (0..names.len()).filter(|i| fits(&names[*i]) && !is_belt(&names[*i]));
+            found.next().filter(|_| found.next().is_none())
+        };
+        only(&|n| VELOCITY.usual.iter().any(|usual| n.is(usual)))
+            .or_else(|| only(&|n| n.measures(Quantity::Velocity)))
+    }
+
     /// The column named; without a name the usual one, else the only one with a unit of the
     /// quantity, else the only one with a plain name.
     fn column(&self, wanted: &Wanted, stated: Option<&str>) -> Result<usize, Error> {

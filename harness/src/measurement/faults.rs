@@ -79,6 +79,20 @@ pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
     faults
 }
 
+/// Distance from the belt's velocity, as a share of it and in steps of the recorder, within which a velocity is that of stick.
+const WITH_THE_BELT: f64 = 0.05;
+const STEPS: f64 = 3.0;
+
+/// The faults of a measured velocity (m/s): in stick it stays at that of the belt (m/s), often the largest of the run, and a
+/// coarse recorder or a simulation shows equal samples there.
+pub(super) fn of_velocity(signal: &[f64], noise: &Noise, belt: f64) -> Vec<Fault> {
+    let near = WITH_THE_BELT * belt.abs() + STEPS * noise.resolution;
+    let sticks = |fault: &Fault| (signal[fault.first] - belt).abs() <= near;
+    let mut faults = find(signal, noise);
+    faults.retain(|fault| !sticks(fault));
+    faults
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,6 +136,21 @@ mod tests {
         assert!(faults.iter().all(|f| f.kind == FaultKind::Clipped));
         assert_eq!(find(&sine(1e-9), &noise(1e-2)), []);
         assert_eq!(find(&sine(0.02), &noise(1e-2)), []);
+    }
+
+    #[test]
+    fn val_the_velocity_of_stick_is_no_fault_and_the_end_of_a_range_is_one() {
+        // A cycle of 300 samples: at the belt's 0.1 m/s, then a swing down and back.
+        let cycle = |i: i32| match i % 300 {
+            0..200 => 0.1,
+            rest => 0.1 - 0.3 * (std::f64::consts::PI * f64::from(rest - 200) / 100.0).sin(),
+        };
+        let velocity: Vec<f64> = (0..3000).map(cycle).collect();
+        assert_eq!(of_velocity(&velocity, &noise(1e-6), 0.1), []);
+        let clipped: Vec<f64> = velocity.iter().map(|v| v.max(-0.15)).collect();
+        let faults = of_velocity(&clipped, &noise(1e-6), 0.1);
+        assert_eq!(faults.len(), 10, "{faults:?}");
+        assert!(faults.iter().all(|f| f.kind == FaultKind::Clipped));
     }
 
     #[test]

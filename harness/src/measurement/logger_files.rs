@@ -43,7 +43,7 @@ fn load(channels: &str, bytes: &[u8]) -> Run {
 
 fn holds_the_samples(run: &Run, missing: usize) {
     assert_eq!(run.time.len(), SAMPLES as usize - missing);
-    for (t, w) in run.time.iter().zip(&run.displacement) {
+    for (t, w) in run.time.iter().zip(&run.measured) {
         let i = (t / 1e-4).round() as i32;
         assert!((t - time(i)).abs() < 1e-9, "{t}");
         assert!((w - displacement(i)).abs() < 1e-9, "{w} at {t}");

@@ -5,7 +5,7 @@
 //! use stickslip::measurement::Campaign;
 //! let campaign = Campaign::load("reference-data/demo".as_ref())?;
 //! for run in &campaign.runs {
-//!     println!("{}: {} samples, noise {:.1e} m", run.name, run.time.len(), run.noise.std);
+//!     println!("{}: {} samples, noise {:.1e} {}", run.name, run.time.len(), run.noise.std, run.measurand.unit());
 //! }
 //! # Ok(()) }
 //! ```
@@ -26,6 +26,8 @@ mod input_file;
 mod inputs;
 mod lines;
 pub mod logger;
+mod measurand;
+mod measured_keys;
 mod noise;
 mod sampling;
 mod table;
@@ -38,6 +40,7 @@ pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use input_file::read_inputs;
 pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation};
+pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
 pub use uncertainty::{OfModes, Uncertainty};
@@ -100,8 +103,10 @@ pub struct Run {
     pub inputs: InputSignals,
     /// Sample times, s; strictly increasing.
     pub time: Vec<f64>,
-    /// Measured tip displacement, m; as long as `time`.
-    pub displacement: Vec<f64>,
+    /// What was measured at the tip.
+    pub measurand: Measurand,
+    /// Its values, in the measurand's SI unit; as long as `time`.
+    pub measured: Vec<f64>,
     /// How evenly it was sampled, and what is missing.
     pub sampling: Sampling,
     /// How noisy it is.
@@ -134,7 +139,7 @@ impl Run {
             file: self.file.clone(),
             inputs: self.inputs.beginning(samples),
             time: self.time[..samples].to_vec(),
-            displacement: self.displacement[..samples].to_vec(),
+            measured: self.measured[..samples].to_vec(),
             sampling: Sampling::of(&self.time[..samples]),
             faults: self.faults.iter().filter(is_within).cloned().collect(),
             understood: self.understood.clone(),
@@ -206,6 +211,7 @@ impl Campaign {
             .into_iter()
             .map(|entry| load_run(&folder, entry))
             .collect::<Result<Vec<_>, _>>()?;
+        of_one_measurand(&folder, &runs)?;
         let folder_name = || folder.file_name().map(|n| n.to_string_lossy().into_owned());
         let name = parsed
             .name
@@ -221,11 +227,27 @@ impl Campaign {
     }
 }
 
+/// All runs hold the same quantity: they are compared and fitted together.
+fn of_one_measurand(folder: &Path, runs: &[Run]) -> Result<(), Error> {
+    let Some(first) = runs.first() else {
+        return Ok(());
+    };
+    match runs.iter().find(|run| run.measurand != first.measurand) {
+        None => Ok(()),
+        Some(other) => Err(Error::MixedQuantities {
+            campaign: folder.to_owned(),
+            first: (first.name.clone(), first.measurand.name()),
+            other: (other.name.clone(), other.measurand.name()),
+        }),
+    }
+}
+
 fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
     let csv_table::Record {
         time,
-        displacement,
+        measurand,
+        measured,
         inputs,
         understood,
     } = csv_table::read(&file, &entry.channels)
@@ -261,8 +283,12 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
             s.values.iter().sum::<f64>() / s.values.len() as f64
         })
     };
-    let noise = Noise::estimate(&displacement, &sampling);
-    let faults = faults::find(&displacement, &noise);
+    let noise = Noise::estimate(&measured, &sampling);
+    let belt_velocity = mean(&inputs.belt_velocity, entry.belt_velocity);
+    let faults = match measurand {
+        Measurand::Displacement => faults::find(&measured, &noise),
+        Measurand::Velocity => faults::of_velocity(&measured, &noise, belt_velocity),
+    };
     let lost: usize = faults.iter().map(|fault| fault.samples).sum();
     if let Some(fault) = faults.iter().max_by_key(|fault| fault.samples)
         && time.len() - lost < FEWEST_SAMPLES
@@ -271,7 +297,8 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
             path: file,
             usable: time.len() - lost,
             samples: time.len(),
-            value: displacement[fault.first],
+            value: measured[fault.first],
+            unit: measurand.unit(),
             needed: FEWEST_SAMPLES,
         });
     }
@@ -279,11 +306,12 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         name: entry.name,
         file,
         role: entry.role,
-        belt_velocity: mean(&inputs.belt_velocity, entry.belt_velocity),
+        belt_velocity,
         normal_force: mean(&inputs.normal_force, entry.normal_force),
         inputs,
         time,
-        displacement,
+        measurand,
+        measured,
         sampling,
         noise,
         faults,
@@ -351,3 +379,5 @@ fn input_signals(
 mod bad_input;
 #[cfg(test)]
 mod logger_files;
+#[cfg(test)]
+mod measured_velocity;

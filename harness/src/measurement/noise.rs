@@ -5,9 +5,9 @@ use super::sampling::Sampling;
 /// Noise of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Standard deviation of its white part, m.
+    /// Standard deviation of its white part, in the unit of what is measured.
     pub std: f64,
-    /// Smallest usual step between successive samples, m: the recorder's, where that is coarse, else a small part of the
+    /// Smallest usual step between successive samples, in the same unit: the recorder's, where that is coarse, else a small part of the
     /// noise or of the motion.
     pub resolution: f64,
 }
@@ -66,7 +66,7 @@ const AGREE: f64 = 1.06;
 /// A run whose estimate is more than this many times the smallest was measured otherwise.
 const OTHER_SENSOR: f64 = 2.0;
 
-/// The sensor's noise in each of a campaign's runs, m, from the estimates of the runs.
+/// The sensor's noise in each of a campaign's runs, from the estimates of the runs.
 ///
 /// A run at small, fast cycles has a transition every few samples, of which every order of difference keeps
 /// something: its noise is overestimated, by up to three quarters. So runs are taken to be measured by one

@@ -6,6 +6,7 @@
 mod amplitude;
 mod characteristics;
 mod cycle;
+mod integral;
 mod interval;
 mod nrmse;
 mod period;
@@ -17,8 +18,9 @@ mod stick_velocity;
 mod velocity;
 
 pub use amplitude::{amplitude, median, quantile, standard_deviation};
-pub use characteristics::{Characteristics, HARMONICS, characteristics};
+pub use characteristics::{Characteristics, HARMONICS, characteristics, stick_of};
 pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
+pub use integral::integral;
 pub use interval::half_width;
 pub use nrmse::nrmse;
 pub use period::{Period, period};
@@ -27,6 +29,6 @@ pub use residual::{
     AlignedBlock, AlignedResidual, Block, Fit, ModelMotion, align, aligned_residual, blocks,
 };
 pub use spectrum::{Spectrum, harmonics, spectrum};
-pub use stick::{StickDetection, detect_stick, stick_fraction};
-pub use stick_velocity::{MAD, StickVelocity, plateau, stick_velocity};
+pub use stick::{StickDetection, detect_stick, measured_stick, stick_fraction};
+pub use stick_velocity::{MAD, StickVelocity, measured_stick_velocity, plateau, stick_velocity};
 pub use velocity::velocity;

@@ -7,7 +7,7 @@ use super::velocity::velocity;
 pub struct StickDetection {
     /// For each sample, whether the tip moves with the belt.
     pub sticks: Vec<bool>,
-    /// Velocity from the displacement, m/s.
+    /// Velocity, measured or from the displacement, m/s.
     pub velocity: Vec<f64>,
     /// Half width of the band around the belt velocity that counts as stick, m/s.
     pub tolerance: f64,
@@ -43,10 +43,25 @@ pub fn detect_stick(
     let velocity_noise = noise / interval * (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt();
     let rms = (velocity.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
     let tolerance = (NARROWEST * belt_velocity.abs().max(rms)).max(NOISE_BAND * velocity_noise);
+    within(velocity, belt_velocity, tolerance)
+}
+
+/// The same from a measured `velocity` (m/s), whose noise has the standard deviation `noise` (m/s): v_i is measured, and
+/// s_v is the noise.
+pub fn measured_stick(velocity: &[f64], belt_velocity: f64, noise: f64) -> StickDetection {
+    let squares: f64 = velocity.iter().map(|v| v * v).sum();
+    let rms = (squares / velocity.len() as f64).sqrt();
+    let tolerance = (NARROWEST * belt_velocity.abs().max(rms)).max(NOISE_BAND * noise);
+    within(velocity.to_vec(), belt_velocity, tolerance)
+}
+
+/// Stick where the velocity is within a band around the belt's.
+fn within(velocity: Vec<f64>, belt_velocity: f64, tolerance: f64) -> StickDetection {
     let raw: Vec<bool> = velocity
         .iter()
         .map(|v| (v - belt_velocity).abs() <= tolerance)
         .collect();
+    let n = velocity.len();
     let sticks = (0..n)
         .map(|i| majority(&raw[i.saturating_sub(2)..(i + 3).min(n)]))
         .collect();

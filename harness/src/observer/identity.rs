@@ -146,7 +146,7 @@ fn compare(force_model: ForceModel, gaps: bool, varying: bool, held: bool, conve
             Vec::new()
         },
         measurement_variance: r,
-        displacement: &case.displacement,
+        measured: &case.displacement,
         known: held.then_some(&case.known[..]),
         start: case.start.clone(),
         start_covariance: case.start_covariance.clone(),

@@ -17,11 +17,14 @@
 //! a belt speed that gives way, the velocity in stick is not zero: [`StickSlip::stick_misfit`] says
 //! so, and a larger [`StickSlipSettings::velocity_std`] or the plain smoother is right.
 
+use std::borrow::Cow;
+
 use super::error::ObserverError;
 use super::kernel::{self, Known, Problem, Solution, VaryingNoise};
 use super::segmentation::{Phase, PhaseMode, SegmentSettings, segments};
 use super::smoother::{Levels, Record, Settings, Smoothed};
 use super::structure::{ForceModel, Structure};
+use crate::measurement::Measurand;
 
 /// Speed of the belt.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,9 +155,9 @@ const BLOCK: usize = 200_000;
 /// Samples smoothed beyond either end of a block.
 const OVERLAP: usize = 5_000;
 
-/// Smooths a displacement caused by stick-slip on a belt of known speed.
+/// Smooths a displacement, or velocity ([`Settings::measurand`]), caused by stick-slip on a belt of known speed.
 ///
-/// `sample_interval` in s; `displacement` in m at the tip, NaN where a sample is missing; the belt
+/// `sample_interval` in s; `displacement` in m (m/s) at the tip, NaN where a sample is missing; the belt
 /// velocity positive in the direction of positive displacement.
 pub fn smooth_stick_slip(
     structure: &Structure,
@@ -182,7 +185,12 @@ pub fn smooth_stick_slip(
     let mut phases = Vec::new();
     for round in 0..settings.rounds.max(1) {
         let relative = relative_velocity(&smoothed.velocity, belt);
-        phases = segments(&time, &relative, &smoothed.velocity_std, &settings.segments)?;
+        let std = in_stick(
+            &smoothed.velocity_std,
+            settings.smoother.measurand,
+            velocity_std,
+        );
+        phases = segments(&time, &relative, &std, &settings.segments)?;
         let last = round + 1 >= settings.rounds;
         let (before, after, iterations) = if last {
             (
@@ -246,6 +254,15 @@ pub(super) fn smooth_fixed(
     let held = held_velocity(phases, belt, velocity_std, count, before, after);
     let solution = learn_jumps(&record, levels, &held, iterations);
     Ok(record.unscale(&solution, levels))
+}
+
+/// Standard deviation in m/s by which a relative velocity is told from zero. A measured velocity is known far better than that of
+/// the belt, so that what the belt may be off by counts too.
+fn in_stick(smoothed: &[f64], measurand: Measurand, held: f64) -> Cow<'_, [f64]> {
+    match measurand {
+        Measurand::Displacement => Cow::Borrowed(smoothed),
+        Measurand::Velocity => smoothed.iter().map(|std| std.hypot(held)).collect(),
+    }
 }
 
 /// What sliding speeds are measured by in m/s: the belt's, or where it rests or varies the root mean square of the relative
@@ -333,7 +350,7 @@ fn learn_block(
                 level,
             }],
             known: Some(held),
-            ..record.problem_on(&record.displacement[range.clone()], still, false)
+            ..record.problem_on(&record.measured[range.clone()], still, false)
         };
         let solution = kernel::smooth(&problem, learn);
         if learn {

@@ -4,7 +4,7 @@ Every campaign is drawn anew: the true beam and friction data lie around the nom
 every run starts anywhere on the belt, in stick at a random deflection or after a transient from there, its friction level scatters, and
 the display adds white noise. A strength of the hidden effect is kept only if switching it off changes the motion plainly within 40 ms.
 
-    python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics]
+    python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics] [--channel velocity]
 
 KIND is one of
     single, pair, none   one, two or no effects of the catalogue
@@ -14,6 +14,9 @@ KIND is one of
     one-load             as single, or none in one of five campaigns; all runs at one operating point
     misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
     weak                 as single, of a third of the strength, under noise of 2 micrometres; not necessarily visible
+
+With --channel velocity a vibrometer measures the tip's velocity: no effect of the sensor of displacements is hidden, "noise_m" and
+"offset_m" are "noise_m_per_s" and "offset_m_per_s", and "channel" says so.
 
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
@@ -39,6 +42,11 @@ NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 
 TIP_STIFFNESS = 26.3e3  # N/m, 3EI/l^3 of the nominal beam
 VISIBLE = (20.0, 4000.0)  # bounds on visibility
 NOISE = (5e-8, 2e-6)  # standard deviation of the display's noise, m; drawn log-uniform where the effect is visible
+# The same of a vibrometer, m/s. Its noise is broad-band: 0.7 to 7 (um/s)/sqrt(Hz) up to the 5 kHz of the record, the lower end that of
+# a prepared surface, the upper one that of speckle on a moving one; at a tip velocity of some 0.1 m/s that is 66 to 46 dB.
+VELOCITY_NOISE = (5e-5, 5e-4)
+RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6}  # steps of the display, m and m/s
+OF_SENSOR = ("sensor_lag", "outside:quadratic_sensor", "outside:cubic_sensor", "outside:sensor_saturation", "outside:sensor_drift")
 COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
 WEAKER = 3.0  # --kind weak: draw_effect's strength over this
 WEAK_NOISE = 2e-6  # m
@@ -192,6 +200,16 @@ def draw_misstated(rng):
     )
 
 
+def unit(args):
+    """Unit of what is measured, as keys of truth.json have it."""
+    return "m_per_s" if args.channel == "velocity" else "m"
+
+
+def shown(record, channel):
+    """What a perfect sensor of the channel shows, m or m/s."""
+    return record.wd if channel == "velocity" else record.measured
+
+
 def run_effects(effects, run):
     """The effects with the values of their own that a run has (phases, place on the belt)."""
     return {name: {**values, **run["own"].get(name, {})} for name, values in effects.items()}
@@ -207,7 +225,7 @@ def draw_run(rng, rig, effects, point, args):
     run = {
         "normal_force_n": normal_force, "belt_velocity_m_per_s": belt_velocity,
         "friction_level": 1 + args.level_scatter * float(rng.standard_normal()),
-        "offset_m": args.offset * float(rng.standard_normal()),
+        f"offset_{unit(args)}": args.offset * float(rng.standard_normal()),
         "own": {name: {key: float(rng.uniform(0, 2 * np.pi) if key == "phase" else rng.uniform(0, 1.5))
                        for key in PLACES[name] if key in PER_RUN} for name in effects},
     }
@@ -264,8 +282,8 @@ def convert(state, n, other, belt_velocity):
     return State(y, mode, state.stick_since, state.event_number)
 
 
-def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04):
-    """Median over windows of the rms difference (m) over 40 ms of the displacement with and without one effect."""
+def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04, channel="displacement"):
+    """Median over windows of the rms difference (m or m/s) over 40 ms of what is measured with and without one effect."""
     found = []
     for run, record in zip(runs, records):
         others = {k: v for k, v in run_effects(effects, run).items() if k != dropped}
@@ -275,7 +293,7 @@ def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04):
             state = convert(record.state(i), record.n, reduced, rig.drive * run["belt_velocity_m_per_s"])
             without = simulate(reduced, run["normal_force_n"], run["belt_velocity_m_per_s"], state, t0=record.t[i], duration=window,
                                level=run["friction_level"], substep=COARSE["presliding_compliance" in others])
-            difference = record.measured[i : i + samples + 1] - without.measured
+            difference = shown(record, channel)[i : i + samples + 1] - shown(without, channel)
             found.append(float(np.sqrt(np.mean(difference**2))))
     return float(np.median(found))
 
@@ -288,11 +306,12 @@ def draw_points(rng, args):
 
 
 def noise_bounds(size, args):
-    """Least and largest noise (m) under which the effects are plainly visible; size: {effect: visible difference, m}."""
+    """Least and largest noise (m, m/s) under which the effects are plainly visible; size: {effect: visible difference, m, m/s}."""
+    bounds, weak = (VELOCITY_NOISE, VELOCITY_NOISE[1]) if args.channel == "velocity" else (NOISE, WEAK_NOISE)
     if args.kind == "weak":
-        return [args.noise or WEAK_NOISE] * 2
-    low = max([NOISE[0]] + [value / VISIBLE[1] for value in size.values()])
-    high = min([NOISE[1]] + [value / VISIBLE[0] for value in size.values()])
+        return [args.noise or weak] * 2
+    low = max([bounds[0]] + [value / VISIBLE[1] for value in size.values()])
+    high = min([bounds[1]] + [value / VISIBLE[0] for value in size.values()])
     return (max(low, args.noise), min(high, args.noise)) if args.noise else (low, high)
 
 
@@ -310,7 +329,7 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         if any(d is None for d in drawn):
             continue
         runs, records = [d[0] for d in drawn], [d[1] for d in drawn]
-        size = {name: visibility(rig, effects, runs, records, name) for name in names}
+        size = {name: visibility(rig, effects, runs, records, name, channel=args.channel) for name in names}
         low, high = noise_bounds(size, args)
         if low <= high:
             noise = log_uniform(rng, low, high)
@@ -323,10 +342,12 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         frequencies.append(effects["third_mode"]["frequency"])
         damping.append(effects["third_mode"]["damping_ratio"])
     truth = {
-        "effects": list(names), "parameters": effects, "noise_m": noise, "true_f_hz": frequencies, "true_D": damping,
+        "effects": list(names), "parameters": effects, f"noise_{unit(args)}": noise, "true_f_hz": frequencies, "true_D": damping,
         "true_mass": rig.mass, "true_law": {"mus": rig.mu_s, "v1": rig.v1, "a1": rig.a1, "a2": rig.a2, "c2": rig.c2},
         "points": [list(p) for p in points], "visibility": seen, "runs": runs,
     }
+    if args.channel != "displacement":
+        truth["channel"] = args.channel
     if args.kind == "misstated":
         truth |= {"drive": rig.drive, "weight": rig.weight, "tip": with_effects(rig, effects).tip_values().tolist()}
     return truth, records
@@ -347,12 +368,13 @@ def replay(truth, i, duration=0.6, dt=1e-4):
                     level=run["friction_level"])
 
 
-def write_run(folder, file, run, record, noise, rng, resolution=2.5e-9):
-    """One CSV: the measured channel, offset, white noise, display steps (m). Returns the lines that campaign.toml has for it."""
-    t, x = record.t[:-1], record.measured[:-1]
-    x = x + run["offset_m"] + noise * rng.standard_normal(x.size)
-    x = np.round(x / resolution) * resolution
-    text = ["time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
+def write_run(folder, file, run, record, noise, rng, channel="displacement"):
+    """One CSV: the measured channel, offset, white noise, display steps (m, m/s). Returns the lines that campaign.toml has for it."""
+    of_velocity = channel == "velocity"
+    t, x = record.t[:-1], shown(record, channel)[:-1]
+    x = x + run["offset_m_per_s" if of_velocity else "offset_m"] + noise * rng.standard_normal(x.size)
+    x = np.round(x / RESOLUTION[channel]) * RESOLUTION[channel]
+    text = ["time_s,tip_velocity_m_per_s" if of_velocity else "time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
     (folder / file).write_text("\n".join(text) + "\n")
     return ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
             f"normal_force_n = {run['normal_force_n']:g}"]
@@ -363,16 +385,24 @@ def write_campaign(folder, name, truth, records, rng):
     folder.mkdir(parents=True, exist_ok=True)
     known = "nominal, a few percent uncertain; so are the belt speeds, all by one factor, and the normal forces" if "drive" in truth else (
         "as identified by modal analysis before the tests; a few tenths of a percent uncertain")
-    lines = [f'name = "{name}"', "# tip displacement by laser vibrometer; time in s, displacement in m", "", f"[beam]  # {known}"]
+    channel = truth.get("channel", "displacement")
+    measured = "tip displacement by laser vibrometer; time in s, displacement in m" if channel == "displacement" else (
+        "tip velocity by laser vibrometer; time in s, velocity in m/s")
+    lines = [f'name = "{name}"', f"# {measured}", "", f"[beam]  # {known}"]
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
+    if channel == "velocity":
+        lines += ["", "[channels]", 'velocity_column = "tip_velocity_m_per_s"']
+    noise = truth["noise_m_per_s" if channel == "velocity" else "noise_m"]
     for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
-        lines += write_run(folder, f"run{i:02d}.csv", run, record, truth["noise_m"], rng)
+        lines += write_run(folder, f"run{i:02d}.csv", run, record, noise, rng, channel)
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE)):
+def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement"):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
     catalogue = list(STRENGTH if kind == "weak" else EFFECTS)
+    if channel == "velocity":
+        catalogue, outside = ([name for name in ids if name not in OF_SENSOR] for ids in (catalogue, outside))
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
     singles, outsides = cycle(catalogue), cycle(outside)
 
@@ -422,9 +452,11 @@ def parser():
     p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
+    p.add_argument("--channel", choices=["displacement", "velocity"], default="displacement", help="what the sensor measures")
     p.add_argument("--noise", type=float, default=0.0,
-                   help="standard deviation, m; 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak")
-    p.add_argument("--offset", type=float, default=0.0, help="standard deviation of the sensor's offset, m")
+                   help="standard deviation, m (m/s); 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak; "
+                        "of a velocity from 0.05 to 0.5 mm/s, and 0.5 mm/s")
+    p.add_argument("--offset", type=float, default=0.0, help="standard deviation of the sensor's offset, m (m/s)")
     p.add_argument("--level-scatter", type=float, default=0.005, help="standard deviation of the friction level from run to run, 1")
     return p
 
@@ -438,6 +470,8 @@ def parse(argv=None):
         p.error("--new-physics and --further-physics exclude each other")
     if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
         p.error(f"{args.effect} has no amplitude for --kind weak")
+    if args.channel == "velocity" and args.effect in OF_SENSOR:
+        p.error(f"{args.effect} acts on a sensor of displacements, which --channel velocity does not have")
     return args
 
 
@@ -446,14 +480,14 @@ def main(argv=None):
     rng = np.random.default_rng(args.seed)
     answers = []
     outside = NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics else OUTSIDE
-    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside)), 1):
+    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside), args.channel), 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"
         write_campaign(args.out / name, f"campaign {name}", truth, records, own)
         answers.append({"campaign": name, "kind": kind_of(args.kind, names), **truth})
         (args.out / "truth.json").write_text(json.dumps(answers, indent=1) + "\n")
-        print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {truth['noise_m']:.2e}", flush=True)
+        print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {truth['noise_' + unit(args)]:.2e}", flush=True)
 
 
 if __name__ == "__main__":

@@ -164,6 +164,7 @@ def parser():
     p.add_argument("--transients", type=float, default=rig.get_default("transients"), help="as in make_campaigns.py")
     p.add_argument("--offset", type=float, default=rig.get_default("offset"), help="as in make_campaigns.py, m")
     p.add_argument("--level-scatter", type=float, default=rig.get_default("level_scatter"), help="as in make_campaigns.py, 1")
+    p.set_defaults(channel=rig.get_default("channel"))  # the folders are those of blind tests, which hold displacements
     return p
 
 

@@ -491,6 +491,22 @@ def campaigns(folder, *options):
     return truth, [tomllib.loads((folder / t["campaign"] / "campaign.toml").read_text()) for t in truth]
 
 
+def test_a_campaign_of_velocities_moves_as_that_of_displacements_and_has_its_noise(tmp_path):
+    options = ("--kind", "single", "--effect", "friction_drift", "--runs", "2")
+    (of_w,), _ = campaigns(tmp_path / "w", *options)
+    (of_v,), (stated,) = campaigns(tmp_path / "v", *options, "--channel", "velocity")
+    assert of_v["channel"] == "velocity" and "channel" not in of_w
+    assert of_v["parameters"] == of_w["parameters"] and of_v["points"] == of_w["points"]
+    assert stated["channels"] == {"velocity_column": "tip_velocity_m_per_s"}
+    assert 5e-5 <= of_v["noise_m_per_s"] <= 5e-4
+    for i in range(2):
+        text = (tmp_path / "v/001" / f"run{i + 1:02d}.csv").read_text().split()
+        assert text[0] == "time_s,tip_velocity_m_per_s"
+        v = np.array([float(line.split(",")[1]) for line in text[1:]])
+        left = v - replay(of_v, i, duration=0.2).wd[:-1]
+        assert left.std() == pytest.approx(of_v["noise_m_per_s"], rel=0.1)
+
+
 def test_misstated_campaign_states_nominal_values_and_moves_by_the_true_ones(tmp_path):
     (truth,), (stated,) = campaigns(tmp_path, "--kind", "misstated", "--effect", "friction_drift", "--runs", "3", "--noise", "1e-7")
     assert stated["beam"] == NOMINAL

@@ -21,7 +21,7 @@ EFFECTS = {
     "static_friction_aging": {"gain": 0.15, "time_constant": 0.01, "form": "log"},
     "viscous_friction": {"coefficient": 0.3},
 }
-ARGS = Namespace(transients=1.0, offset=0.0, level_scatter=0.005)
+ARGS = Namespace(transients=1.0, offset=0.0, level_scatter=0.005, channel="displacement")
 
 
 def campaign(folder, effect, runs=2):

@@ -8,10 +8,10 @@ use super::from_start_states::{Held, nrmse, settings};
 use super::model_motion::{Lead, model_motions};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{BeamKnowledge, Run};
+use crate::measurement::{BeamKnowledge, Measurand, NoiseStd, Run};
 use crate::metric::{
-    Characteristics, Cycle, Spectrum, StickDetection, characteristics, detect_stick, mean_cycle,
-    resample, spectrum, whole_cycles,
+    Characteristics, Cycle, Spectrum, StickDetection, characteristics, mean_cycle, resample,
+    spectrum, stick_of, whole_cycles,
 };
 use crate::watch::Watch;
 
@@ -34,8 +34,9 @@ pub struct RunComparison {
     pub nrmse_from_start_states: Option<f64>,
     /// The NRMSE that a perfect model would have: noise over motion, 1.
     pub noise_floor: f64,
-    /// Estimated noise, m.
-    pub noise_std_m: f64,
+    /// Estimated noise.
+    #[serde(flatten)]
+    pub noise_std: NoiseStd,
     /// The measurement's metrics, SI units.
     pub measured: Characteristics,
     /// The model's metrics, SI units.
@@ -59,19 +60,23 @@ impl RunComparison {
 pub struct Curves {
     /// Sample times, s.
     pub time: Vec<f64>,
-    /// Measured displacement, m.
+    /// What was measured.
+    pub measurand: Measurand,
+    /// Its values, m or m/s.
     pub measured: Vec<f64>,
-    /// Measured minus aligned model, m.
+    /// Measured minus aligned model, m or m/s.
     pub residual: Vec<f64>,
     /// Stick and velocity of the measurement.
     pub measured_stick: StickDetection,
-    /// The model at the same times, aligned: displacement, m, and velocity, m/s (NaN where two motions meet).
-    pub model: (Vec<f64>, Vec<f64>),
+    /// The model at the same times, aligned: what was measured, m or m/s, ...
+    pub model: Vec<f64>,
+    /// ... and its velocity, m/s, beside a displacement, or its displacement, m, beside a velocity (NaN where two motions meet).
+    pub model_other: Vec<f64>,
     /// Averaged cycles of the measurement and of the aligned model over the same times; `None` without cycles.
     pub cycles: Option<(Cycle, Cycle)>,
     /// For each phase of the measured cycle, whether it sticks in most cycles.
     pub cycle_sticks: Vec<bool>,
-    /// Amplitude spectra, m.
+    /// Amplitude spectra, m or m/s.
     pub spectra: (Spectrum, Spectrum),
 }
 
@@ -90,7 +95,12 @@ pub(super) fn compare_run(
     let interval = run.sample_interval();
     let noise = run.noise.std;
     let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
-    let measured = characteristics(&time, &run.displacement, run.belt_velocity, noise);
+    let measured = characteristics(
+        &time,
+        (run.measurand, &run.measured),
+        run.belt_velocity,
+        noise,
+    );
     // A motion with its place in time is not shifted to fit.
     let period = measured.period.filter(|_| run.sustains_itself());
 
@@ -102,16 +112,26 @@ pub(super) fn compare_run(
         driven_motions(fmu, beam, run, &settings)?
     };
     let follower = follow(&time, run, &motions, period, &half(true))?;
-    let measured_stick = detect_stick(&time, &run.displacement, run.belt_velocity, noise);
+    let measured_stick = stick_of(
+        &time,
+        (run.measurand, &run.measured),
+        run.belt_velocity,
+        noise,
+    );
     // The follower has the measured period by construction; what the model does by itself counts.
     let model = Characteristics {
         period: follower.own_period.map(|p| p.seconds),
         regularity: follower.own_period.map(|p| p.regularity),
-        ..characteristics(&time, &follower.displacement, run.belt_velocity, 0.0)
+        ..characteristics(
+            &time,
+            (run.measurand, &follower.measured),
+            run.belt_velocity,
+            0.0,
+        )
     };
     let even = |values: &[f64]| spectrum(&resample(&time, values, interval), interval);
     let whole = period
-        .map(|p| whole_cycles(&time, &run.displacement, p))
+        .map(|p| whole_cycles(&time, &run.measured, p))
         .unwrap_or_default();
     let average = |values: &[f64]| mean_cycle(&time, values, &whole, PHASES);
     let flags: Vec<f64> = measured_stick
@@ -123,11 +143,13 @@ pub(super) fn compare_run(
         cycle_sticks: average(&flags)
             .map(|c| c.mean.iter().map(|share| *share > 0.5).collect())
             .unwrap_or_default(),
-        cycles: average(&run.displacement).zip(average(&follower.displacement)),
-        spectra: (even(&run.displacement), even(&follower.displacement)),
-        measured: run.displacement.clone(),
+        cycles: average(&run.measured).zip(average(&follower.measured)),
+        spectra: (even(&run.measured), even(&follower.measured)),
+        measured: run.measured.clone(),
         measured_stick,
-        model: (follower.displacement, follower.velocity),
+        measurand: run.measurand,
+        model: follower.measured,
+        model_other: follower.other,
         residual: follower.residual,
         time,
     };
@@ -137,8 +159,8 @@ pub(super) fn compare_run(
         normal_force_n: run.normal_force,
         nrmse: follower.nrmse,
         nrmse_from_start_states: set.map(|s| nrmse(fmu, run, s)).transpose()?,
-        noise_floor: noise / spread(&run.displacement),
-        noise_std_m: noise,
+        noise_floor: noise / spread(&run.measured),
+        noise_std: NoiseStd::of(run.measurand, noise),
         measured,
         model,
         remarks: remarks(run),

@@ -5,7 +5,7 @@ use super::model_motion::{Motion, Motions, model_run};
 use crate::command::operating_point::OperatingPoint;
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu};
-use crate::measurement::{BeamKnowledge, Run};
+use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{standard_deviation, velocity};
 
 /// Samples from which the start state is fitted: some periods of what a record resolves.
@@ -66,13 +66,15 @@ impl Beside<'_> {
         )
     }
 
-    /// Model minus record over the first samples, m.
+    /// Model minus record over the first samples, m or m/s.
     fn error(&self, start: [f64; 2], time: &[f64]) -> Result<Vec<f64>, Error> {
         let interval = self.run.sample_interval();
         let steps = (time[time.len() - 1] / interval).ceil() as usize + 1;
         let motions = Motions::of_one(self.motion(start, steps)?);
-        let model = motions.pieces()[0].displacement(interval).at_all(time);
-        let pairs = model.iter().zip(&self.run.displacement);
+        let model = motions.pieces()[0]
+            .measured(self.run.measurand, interval)
+            .at_all(time);
+        let pairs = model.iter().zip(&self.run.measured);
         Ok(pairs.map(|(y, measured)| y - measured).collect())
     }
 
@@ -82,16 +84,20 @@ impl Beside<'_> {
         let run = self.run;
         let count = START_SAMPLES.min(run.time.len());
         let time: Vec<f64> = run.time[..count].iter().map(|t| t - run.time[0]).collect();
-        let first = &run.displacement[..count];
+        let first = &run.measured[..count];
         let ends = 2 * HALF_WIDTH + 1;
         let slope = velocity(&time[..ends], &first[..ends], HALF_WIDTH)[0];
-        let mut start = [first[0], slope];
+        let size = SLOPE * standard_deviation(&run.measured);
+        let samples = 10.0 * run.sample_interval();
+        // A velocity does not tell where the tip is: the fit begins at rest.
+        let (mut start, steps) = match run.measurand {
+            Measurand::Displacement => ([first[0], slope], [size, size / samples]),
+            Measurand::Velocity => ([0.0, first[0]], [size * samples, size]),
+        };
         let mut error = self.error(start, &time)?;
-        let size = SLOPE * standard_deviation(&run.displacement);
         if !(size > 0.0) {
             return Ok(start);
         }
-        let steps = [size, size / (10.0 * run.sample_interval())];
         for _ in 0..FIT_STEPS {
             let slopes = [0, 1].map(|i| -> Result<Vec<f64>, Error> {
                 let mut moved = start;

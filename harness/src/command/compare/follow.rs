@@ -11,11 +11,11 @@ use crate::watch::Watch;
 
 /// The model at a record's sample times.
 pub(super) struct Follower {
-    /// Displacement, m.
-    pub displacement: Vec<f64>,
-    /// Velocity, m/s; NaN where the model is switched from one motion or phase to another.
-    pub velocity: Vec<f64>,
-    /// Measured minus model, m.
+    /// What was measured, m or m/s.
+    pub measured: Vec<f64>,
+    /// The velocity, m/s, beside a displacement, or the displacement, m, beside a velocity; NaN where the model is switched from one motion or phase to another.
+    pub other: Vec<f64>,
+    /// Measured minus model, m or m/s.
     pub residual: Vec<f64>,
     /// Root mean square of the residual over the spread of the measurement, 1.
     pub nrmse: f64,
@@ -35,22 +35,25 @@ pub(super) fn follow(
     let interval = run.sample_interval();
     let pieces = motions.pieces();
     let Some(period_s) = period_s else {
-        let displacement = pieces[0].displacement(interval).at_all(time);
+        let model = pieces[0].measured(run.measurand, interval).at_all(time);
         return Ok(Follower {
-            velocity: pieces[0].velocity(interval).at_all(time),
+            other: pieces[0].other(run.measurand, interval).at_all(time),
             residual: run
-                .displacement
+                .measured
                 .iter()
-                .zip(&displacement)
+                .zip(&model)
                 .map(|(m, y)| m - y)
                 .collect(),
-            nrmse: nrmse(&run.displacement, &displacement),
-            own_period: period(pieces[0].samples(time.len()), interval),
-            displacement,
+            nrmse: nrmse(&run.measured, &model),
+            own_period: period(pieces[0].samples(run.measurand, time.len()), interval),
+            measured: model,
         });
     };
-    let views: Vec<_> = pieces.iter().map(|p| p.displacement(interval)).collect();
-    let measured = &run.displacement;
+    let views: Vec<_> = pieces
+        .iter()
+        .map(|p| p.measured(run.measurand, interval))
+        .collect();
+    let measured = &run.measured;
     let blocks = blocks(time, measured, period_s, motions.block(interval));
     let done = AtomicUsize::new(0);
     let fits = parallel(&blocks, |block| {
@@ -60,18 +63,19 @@ pub(super) fn follow(
         Ok(aligned.fits)
     })?;
     let aligned = AlignedResidual::of(time, measured, &views, fits.concat());
-    let mut velocity = Vec::with_capacity(time.len());
+    let mut other = Vec::with_capacity(time.len());
     for fit in &aligned.fits {
-        let motion = pieces[fit.motion].velocity(interval);
-        velocity.extend(
+        let motion = pieces[fit.motion].other(run.measurand, interval);
+        other.extend(
             time[fit.samples.clone()]
                 .iter()
                 .map(|t| motion.at(t + fit.shift)),
         );
-        velocity[fit.samples.start] = f64::NAN;
+        other[fit.samples.start] = f64::NAN;
     }
-    let target = amplitude(&run.displacement);
-    let off = |k: &usize| (amplitude(pieces[*k].samples(time.len())) - target).abs();
+    let target = amplitude(&run.measured);
+    let samples = |k: usize| pieces[k].samples(run.measurand, time.len());
+    let off = |k: &usize| (amplitude(samples(*k)) - target).abs();
     let mut used: Vec<usize> = aligned.fits.iter().map(|f| f.motion).collect();
     used.sort_unstable();
     used.dedup();
@@ -81,9 +85,9 @@ pub(super) fn follow(
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(k, _)| k);
     Ok(Follower {
-        own_period: nearest.and_then(|k| period(pieces[k].samples(time.len()), interval)),
-        displacement: aligned.model,
-        velocity,
+        own_period: nearest.and_then(|k| period(samples(k), interval)),
+        measured: aligned.model,
+        other,
         residual: aligned.residual,
         nrmse: aligned.nrmse,
     })

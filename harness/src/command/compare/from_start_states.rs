@@ -5,6 +5,7 @@
 //! parameters and start states for each run, and its last error can be seen again from these.
 
 use crate::command::run_sets;
+use crate::diagnose::model::hypothesis::output_of;
 use crate::diagnose::result::run_sets::{Piece, RunSet};
 use crate::diagnose::validation::segment_errors::typical;
 use crate::error::Error;
@@ -32,7 +33,7 @@ impl Held {
 
 /// Whether a set's pieces start with what the record says there.
 fn is_of(set: &RunSet, run: &Run) -> bool {
-    let starts = |piece: &Piece| first_sample(piece, run).map(|k| run.displacement[k]);
+    let starts = |piece: &Piece| first_sample(piece, run).map(|k| run.measured[k]);
     !set.pieces.is_empty() && set.pieces.iter().all(|p| starts(p) == Some(p.measured))
 }
 
@@ -52,7 +53,7 @@ pub(super) fn settings(set: Option<&RunSet>) -> Vec<(String, f64)> {
     parameters.cloned().collect()
 }
 
-/// Root mean square error of the pieces over the standard deviation of the displacement, without the worst tenth of the pieces
+/// Root mean square error of the pieces over the standard deviation of what was measured, without the worst tenth of the pieces
 /// as in the error ladder: those graze a transition, where a prediction turns on the last digit of its start state.
 ///
 /// # Errors
@@ -63,10 +64,10 @@ pub(super) fn nrmse(fmu: &Fmu, run: &Run, set: &RunSet) -> Result<f64, Error> {
     for piece in &set.pieces {
         squares.extend(mean_square(fmu, run, &trusted, set, piece)?);
     }
-    Ok(typical(&mut squares).sqrt() / super::comparison::spread(&run.displacement))
+    Ok(typical(&mut squares).sqrt() / super::comparison::spread(&run.measured))
 }
 
-/// Mean square error in m^2 of one piece; `None` where no sample of it counts.
+/// Mean square error of one piece; `None` where no sample of it counts.
 fn mean_square(
     fmu: &Fmu,
     run: &Run,
@@ -83,7 +84,7 @@ fn mean_square(
     for (name, value) in parameters.chain(starts) {
         instance.set_number(fmu.variable(name)?, *value)?;
     }
-    let measured = [fmu.variable("measured_displacement")?.reference];
+    let measured = [fmu.variable(output_of(run.measurand))?.reference];
     instance.initialize(piece.start, None, None)?;
     let (mut sum, mut count) = (0.0, 0);
     let mut now = piece.start;
@@ -102,7 +103,7 @@ fn mean_square(
         let mut y = [0.0];
         instance.get_real(&measured, &mut y)?;
         if trusted[k] {
-            sum += (run.displacement[k] - y[0]).powi(2);
+            sum += (run.measured[k] - y[0]).powi(2);
             count += 1;
         }
     }

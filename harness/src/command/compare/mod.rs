@@ -4,6 +4,7 @@ mod comparison;
 mod driven_motion;
 mod follow;
 mod from_start_states;
+mod measured_start;
 mod model_motion;
 mod page;
 mod pictures;
@@ -54,6 +55,11 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// The campaign's folder or file.
+    pub fn campaign(&self) -> &Path {
+        &self.campaign
+    }
+
     /// Plain comparison, without a gate.
     pub fn of(campaign: PathBuf, fmu: Option<PathBuf>, output: PathBuf) -> Arguments {
         Arguments {

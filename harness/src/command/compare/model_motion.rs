@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::measured_start::measured_start;
 use crate::command::operating_point::{OperatingPoint, record_driven};
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu};
-use crate::measurement::{BeamKnowledge, Run};
-use crate::metric::{ModelMotion, quantile, velocity};
+use crate::measurement::{BeamKnowledge, Measurand, Run};
+use crate::metric::ModelMotion;
 use crate::parallel::parallel;
 use crate::watch::Watch;
 
@@ -16,8 +17,6 @@ const SETTLE_PERIODS: f64 = 20.0;
 const SETTLE_SHARE: f64 = 0.5;
 /// The model can be shifted by this many periods either way to fit the record.
 const SHIFT_PERIODS: f64 = 2.0;
-/// Samples for the parabola that gives the velocity at the start.
-const START_HALF_WIDTH: usize = 5;
 
 /// One motion of the tip from its start on, evenly sampled.
 pub(super) struct Motion {
@@ -25,6 +24,16 @@ pub(super) struct Motion {
     pub displacement: Vec<f64>,
     /// m/s.
     pub velocity: Vec<f64>,
+}
+
+impl Motion {
+    /// What a sensor shows of it.
+    fn of(&self, measurand: Measurand) -> &[f64] {
+        match measurand {
+            Measurand::Displacement => &self.displacement,
+            Measurand::Velocity => &self.velocity,
+        }
+    }
 }
 
 /// Records of up to this many samples are compared as a whole; longer ones block by block with the same motions, so that the
@@ -156,14 +165,18 @@ impl Motions {
 }
 
 impl<'a> Piece<'a> {
-    /// Displacement in the record's time, m.
-    pub fn displacement(self, interval: f64) -> ModelMotion<'a> {
-        self.view(&self.motion.displacement, interval)
+    /// What a sensor shows in the record's time, m or m/s.
+    pub fn measured(self, measurand: Measurand, interval: f64) -> ModelMotion<'a> {
+        self.view(self.motion.of(measurand), interval)
     }
 
-    /// Velocity in the record's time, m/s.
-    pub fn velocity(self, interval: f64) -> ModelMotion<'a> {
-        self.view(&self.motion.velocity, interval)
+    /// The velocity beside a displacement, m/s, or the displacement beside a velocity, m, in the record's time.
+    pub fn other(self, measurand: Measurand, interval: f64) -> ModelMotion<'a> {
+        let other = match measurand {
+            Measurand::Displacement => Measurand::Velocity,
+            Measurand::Velocity => Measurand::Displacement,
+        };
+        self.measured(other, interval)
     }
 
     fn view(self, values: &'a [f64], interval: f64) -> ModelMotion<'a> {
@@ -176,10 +189,10 @@ impl<'a> Piece<'a> {
         }
     }
 
-    /// Even samples of the displacement (m) over the record, or as far as the piece goes.
-    pub fn samples(self, count: usize) -> &'a [f64] {
+    /// Even samples of what a sensor shows over the record, or as far as the piece goes.
+    pub fn samples(self, measurand: Measurand, count: usize) -> &'a [f64] {
         let first = self.first + self.shift;
-        &self.motion.displacement[first..(first + count).min(self.past)]
+        &self.motion.of(measurand)[first..(first + count).min(self.past)]
     }
 }
 
@@ -227,20 +240,7 @@ fn starts(
     run: &Run,
     settings: &[(String, f64)],
 ) -> Vec<OperatingPoint> {
-    let ends = 2 * START_HALF_WIDTH;
-    let measured_velocity = velocity(
-        &run.time[..ends],
-        &run.displacement[..ends],
-        START_HALF_WIDTH,
-    )[0];
-    let farthest = quantile(
-        &run.displacement,
-        if run.belt_velocity < 0.0 {
-            0.005
-        } else {
-            0.995
-        },
-    );
+    let (first, farthest) = measured_start(fmu, beam, run);
     // Released from farther than it ever was, it tends to the small motion.
     let bends = [0.0, 0.5, 0.8, 1.0, 1.3];
     let speeds = [0.0, 0.5, 1.0];
@@ -249,7 +249,7 @@ fn starts(
             .iter()
             .map(move |speed| (bend * farthest, speed * run.belt_velocity))
     });
-    let states = std::iter::once((run.displacement[0], measured_velocity)).chain(grid);
+    let states = std::iter::once(first).chain(grid);
     let point = OperatingPoint::of_beam(fmu, beam, run.belt_velocity, run.normal_force);
     let point = point.with(settings);
     states

@@ -105,6 +105,7 @@ fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
     let period = |p: Option<f64>| text(p.map_or("none".into(), |s| with_unit(s, "s")));
     comparisons.iter().fold(Table::new(&header), |table, run| {
         let score = number(run.nrmse, 3);
+        let unit = run.curves.measurand.unit();
         table.row(vec![
             Cell::Text(run.name.clone()),
             text(format!("{} m/s", number(run.belt_velocity_m_per_s, 3))),
@@ -121,8 +122,8 @@ fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
                 (Some(model), Some(measured)) => change(model, measured),
                 _ => text("–".into()),
             },
-            text(with_unit(run.measured.amplitude, "m")),
-            text(with_unit(run.model.amplitude, "m")),
+            text(with_unit(run.measured.amplitude, unit)),
+            text(with_unit(run.model.amplitude, unit)),
             change(run.model.amplitude, run.measured.amplitude),
             text(format!("{:.3}", run.measured.stick_fraction)),
             text(format!("{:.3}", run.model.stick_fraction)),
@@ -158,8 +159,9 @@ fn harmonics(comparisons: &[RunComparison]) -> Table {
         .chain(names.iter().map(String::as_str))
         .collect();
     comparisons.iter().fold(Table::new(&header), |table, run| {
+        let unit = run.curves.measurand.unit();
         let value =
-            |list: &[f64], k: usize| list.get(k).map_or("–".into(), |v| with_unit(*v, "m"));
+            |list: &[f64], k: usize| list.get(k).map_or("–".into(), |v| with_unit(*v, unit));
         let pair = |k| {
             Cell::Number(format!(
                 "{} | {}",

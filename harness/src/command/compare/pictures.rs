@@ -2,11 +2,24 @@
 
 use super::RunComparison;
 use super::comparison::Curves;
-use crate::metric::{Cycle, HARMONICS, quantile};
+use crate::measurement::Measurand;
+use crate::metric::{Cycle, HARMONICS, integral, quantile};
 use crate::report::{Axis, Bars, Colour, Plot};
 
 const MILLI: f64 = 1e3;
 const MICRO: f64 = 1e6;
+
+/// `tip displacement`, in mm or in micrometres.
+fn axis_of(measurand: Measurand) -> Axis {
+    Axis::linear(&format!("tip {}", measurand.name()), measurand.milli_unit())
+}
+
+fn micro_unit(measurand: Measurand) -> &'static str {
+    match measurand {
+        Measurand::Displacement => "µm",
+        Measurand::Velocity => "µm/s",
+    }
+}
 
 pub(super) fn scores(comparisons: &[RunComparison]) -> Bars {
     let names: Vec<String> = comparisons.iter().map(|r| r.name.clone()).collect();
@@ -24,10 +37,13 @@ pub(super) fn scores(comparisons: &[RunComparison]) -> Bars {
 }
 
 pub(super) fn harmonic_error(comparisons: &[RunComparison]) -> Plot {
+    let measurand = comparisons
+        .first()
+        .map_or_else(Measurand::default, |r| r.curves.measurand);
     let order: Vec<f64> = (1..=HARMONICS).map(|k| k as f64).collect();
     let axes = Plot::new(
         Axis::linear("harmonic", "1").from_to(0.7, HARMONICS as f64 + 0.3),
-        Axis::log("amplitude", "µm"),
+        Axis::log("amplitude", micro_unit(measurand)),
     );
     let plot = comparisons
         .iter()
@@ -47,24 +63,21 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
 }
 
 pub(super) fn time_series(curves: &Curves) -> Plot {
-    Plot::new(
-        Axis::linear("time", "s"),
-        Axis::linear("tip displacement", "mm"),
-    )
-    .size(1240.0, 260.0)
-    .thin_line(
-        "measured",
-        Colour::Ink,
-        &curves.time,
-        &scaled(&curves.measured, MILLI),
-    )
-    .thin_line(
-        "model, aligned cycle by cycle",
-        Colour::Orange,
-        &curves.time,
-        &scaled(&curves.model.0, MILLI),
-    )
-    .caption("The record, and in each of its cycles the most similar cycle of the model.")
+    Plot::new(Axis::linear("time", "s"), axis_of(curves.measurand))
+        .size(1240.0, 260.0)
+        .thin_line(
+            "measured",
+            Colour::Ink,
+            &curves.time,
+            &scaled(&curves.measured, MILLI),
+        )
+        .thin_line(
+            "model, aligned cycle by cycle",
+            Colour::Orange,
+            &curves.time,
+            &scaled(&curves.model, MILLI),
+        )
+        .caption("The record, and in each of its cycles the most similar cycle of the model.")
 }
 
 pub(super) fn cycle_overlay(run: &RunComparison, measured: &Cycle, model: &Cycle) -> Plot {
@@ -84,7 +97,7 @@ pub(super) fn cycle_overlay(run: &RunComparison, measured: &Cycle, model: &Cycle
         .into_iter()
         .map(|(a, b)| (at(a), at(b)))
         .collect();
-    Plot::new(Axis::linear("time in the cycle", "ms").from_to(0.0, period), Axis::linear("tip displacement", "mm"))
+    Plot::new(Axis::linear("time in the cycle", "ms").from_to(0.0, period), axis_of(run.curves.measurand))
         .shade("measured sticks", Colour::Sky, &sticks)
         .band("scatter (1 std)", Colour::Grey, &time, &edge(-1.0), &edge(1.0))
         .line("measured", Colour::Ink, &time, &scaled(&measured.mean, MILLI))
@@ -111,8 +124,9 @@ fn stretches(flags: &[bool]) -> Vec<(usize, usize)> {
 pub(super) fn phase_plane(run: &RunComparison) -> Plot {
     let curves = &run.curves;
     let stick = &curves.measured_stick;
-    let stuck: Vec<f64> = curves
-        .measured
+    let [measured, model] = planes(curves);
+    let stuck: Vec<f64> = measured
+        .0
         .iter()
         .zip(&stick.sticks)
         .filter(|(_, s)| **s)
@@ -141,9 +155,38 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
             &[high; 2],
         )
     };
-    plot.thin_line("measured", Colour::Ink, &scaled(&curves.measured, MILLI), &stick.velocity)
-        .thin_line("model", Colour::Orange, &scaled(&curves.model.0, MILLI), &curves.model.1)
-        .caption("Phase plane: velocity over displacement of the tip, the stick phase shaded where the measured tip keeps the belt's velocity.")
+    let caption = "Phase plane: velocity over displacement of the tip, the stick phase shaded where the measured tip keeps the belt's velocity.";
+    let of_integral = match curves.measurand {
+        Measurand::Displacement => "",
+        Measurand::Velocity => " The displacement is the integral of the velocity, about its mean.",
+    };
+    plot.thin_line(
+        "measured",
+        Colour::Ink,
+        &scaled(&measured.0, MILLI),
+        &measured.1,
+    )
+    .thin_line("model", Colour::Orange, &scaled(&model.0, MILLI), &model.1)
+    .caption(&format!("{caption}{of_integral}"))
+}
+
+/// Displacement (m) and velocity (m/s) of the measurement and of the model; where a velocity was measured, displacements about
+/// their means.
+fn planes(curves: &Curves) -> [(Vec<f64>, Vec<f64>); 2] {
+    let velocity = curves.measured_stick.velocity.clone();
+    match curves.measurand {
+        Measurand::Displacement => [
+            (curves.measured.clone(), velocity),
+            (curves.model.clone(), curves.model_other.clone()),
+        ],
+        Measurand::Velocity => {
+            let finite = || curves.model_other.iter().filter(|w| w.is_finite());
+            let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+            let about = curves.model_other.iter().map(|w| w - mean).collect();
+            let swing = integral(&curves.time, &curves.measured);
+            [(swing, velocity), (about, curves.model.clone())]
+        }
+    }
 }
 
 pub(super) fn spectra(curves: &Curves) -> Plot {
@@ -160,7 +203,7 @@ pub(super) fn spectra(curves: &Curves) -> Plot {
     let floor = (0.1 * quantile(&measured.amplitude, 0.5) * MICRO).max(1e-6 * highest);
     Plot::new(
         Axis::linear("frequency", "Hz").from_to(0.0, shown),
-        Axis::log("amplitude", "µm").from_to(floor, 2.0 * highest),
+        Axis::log("amplitude", micro_unit(curves.measurand)).from_to(floor, 2.0 * highest),
     )
     .thin_line(
         "measured",
@@ -174,14 +217,20 @@ pub(super) fn spectra(curves: &Curves) -> Plot {
         &model.frequency,
         &scaled(&model.amplitude, MICRO),
     )
-    .caption("Amplitude spectra of the tip displacement (Hann window over the whole record); the joints between its cycles lift the floor of the model.")
+    .caption(&format!(
+        "Amplitude spectra of the tip {} (Hann window over the whole record); the joints between its cycles lift the floor of the model.",
+        curves.measurand.name()
+    ))
 }
 
 pub(super) fn residual(run: &RunComparison) -> Plot {
-    let noise = 2.0 * run.noise_std_m * MICRO;
+    let noise = 2.0 * run.noise_std.value() * MICRO;
     Plot::new(
         Axis::linear("time", "s"),
-        Axis::linear("measured minus model", "µm"),
+        Axis::linear(
+            "measured minus model",
+            micro_unit(run.curves.measurand),
+        ),
     )
     .thin_line(
         "residual",

@@ -34,6 +34,7 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
             Some(_) => style(score).green(),
             None => style(score),
         };
+        let unit = run.curves.measurand.unit();
         let period = |seconds: Option<f64>| seconds.map_or("none".into(), |s| with_unit(s, "s"));
         let _ = writeln!(
             text,
@@ -49,8 +50,8 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
             ),
             format!(
                 "{} | {}",
-                with_unit(run.model.amplitude, "m"),
-                with_unit(run.measured.amplitude, "m")
+                with_unit(run.model.amplitude, unit),
+                with_unit(run.measured.amplitude, unit)
             ),
             format!(
                 "{:.2} | {:.2}",

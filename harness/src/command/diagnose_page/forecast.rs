@@ -57,6 +57,7 @@ fn table(forecasts: &[Forecast]) -> Table {
             let (predicted, measured) = (value(both.predicted, unit), value(both.measured, unit));
             Cell::Number(format!("{predicted} | {measured}"))
         };
+        let (amplitude, unit) = f.amplitude.with_unit();
         table.row(vec![
             Cell::Text(f.run.clone()),
             Cell::Number(with_unit(f.learned_s, "s")),
@@ -64,7 +65,7 @@ fn table(forecasts: &[Forecast]) -> Table {
             Cell::Number(with_unit(f.valid_time_s, "s")),
             Cell::Number(with_unit(f.valid_time_limit_s, "s")),
             pair(f.period_s, "s"),
-            pair(f.amplitude_m, "m"),
+            pair(amplitude, unit),
             pair(f.stick_share, ""),
         ])
     })
@@ -86,7 +87,7 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
     let ahead = when.partition_point(|t| *t <= end);
     let plot = Plot::new(
         Axis::linear("time since the run began", "s"),
-        Axis::linear("tip displacement", "mm"),
+        super::axis_of(run.measurand),
     );
     // Without the effect, where one was found.
     let ladder = &material.diagnosis.error_ladder;
@@ -132,7 +133,7 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
             "measured",
             Colour::Ink,
             &time[..shown],
-            &scaled(&run.displacement[..shown], MILLI),
+            &scaled(&run.measured[..shown], MILLI),
         )
         .upright("learning stopped", Colour::Green, forecast.learned_s)
         .upright(

@@ -9,11 +9,12 @@ use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// The section: the errors run by run, and how they grow while predictions run on.
 pub fn section(page: Page, material: &Material) -> Page {
+    let quantity = material.problem.campaign.measurand().name();
     page.section(super::SECTIONS[0])
-        .paragraph(
+        .paragraph(&format!(
             "The error of each run, rung by rung, and over the time of a prediction. It is the root mean square of measured \
-             less predicted displacement over the standard deviation of the displacement.",
-        )
+             less predicted {quantity} over the standard deviation of the {quantity}."
+        ))
         .table(&table(material))
         .figures(&[&by_run(material), &super::growth::by_horizon(material)])
 }

@@ -24,8 +24,9 @@ use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
+use crate::measurement::Measurand;
 use crate::provenance::Provenance;
-use crate::report::{Figure, Page};
+use crate::report::{Axis, Figure, Page};
 use views::Views;
 
 /// Sections in their order; the banner links to them.
@@ -118,6 +119,11 @@ fn lead(problem: &Problem) -> String {
 fn side_by_side<F: Figure>(page: Page, figures: &[F]) -> Page {
     let list: Vec<&dyn Figure> = figures.iter().map(|f| f as &dyn Figure).collect();
     page.figures(&list)
+}
+
+/// `tip displacement` in mm, or what else was measured.
+fn axis_of(measurand: Measurand) -> Axis {
+    Axis::linear(&format!("tip {}", measurand.name()), measurand.milli_unit())
 }
 
 /// Values times a factor.

@@ -1,4 +1,4 @@
-//! Measured and predicted displacement of every run, before and after, with the residual underneath.
+//! Measured and predicted motion of every run, before and after, with the residual underneath.
 
 use super::views::COLOURS;
 use super::{Material, scaled};
@@ -27,7 +27,7 @@ pub fn section(page: Page, material: &Material) -> Page {
             continue;
         };
         let (motion, residual) = (
-            displacement(material, run, &shown),
+            motion(material, run, &shown),
             residual(material, run, &shown),
         );
         page = page
@@ -69,7 +69,7 @@ fn typical(material: &Material, run: usize) -> Option<Vec<usize>> {
         let sum: f64 = segment
             .measured
             .iter()
-            .zip(&replay.displacement)
+            .zip(&replay.measured)
             .map(|(m, p)| (m - p).powi(2))
             .sum();
         sum.is_finite()
@@ -146,31 +146,35 @@ fn curve(
     (x, y)
 }
 
-fn displacement(material: &Material, run: usize, shown: &[usize]) -> Plot {
+fn motion(material: &Material, run: usize, shown: &[usize]) -> Plot {
     let problem = material.problem;
     let (from, to) = span(problem, shown);
     let measured: Vec<(f64, f64)> = {
         let run = &problem.campaign.runs[run];
         let time = run.time.iter().map(|t| MILLI * (t - run.time[0]));
-        time.zip(&run.displacement)
+        time.zip(&run.measured)
             .filter(|(t, _)| (from..=to).contains(t))
-            .map(|(t, d)| (t, MILLI * d))
+            .map(|(t, y)| (t, MILLI * y))
             .collect()
     };
+    let measurand = problem.campaign.measurand();
     let (time, values): (Vec<f64>, Vec<f64>) = measured.into_iter().unzip();
     let mut plot = Plot::new(
         Axis::linear("time", "ms").from_to(from, to),
-        Axis::linear("tip displacement", "mm"),
+        super::axis_of(measurand),
     )
     .shade("stick", Colour::Sky, &sticks(problem, run, from, to))
     .line("measured", Colour::Ink, &time, &values);
     for (view, colour) in material.views.pair.iter().zip(COLOURS) {
         let (x, y) = curve(problem, shown, |k| {
-            view.replays.get(&k).map(|r| scaled(&r.displacement, MILLI))
+            view.replays.get(&k).map(|r| scaled(&r.measured, MILLI))
         });
         plot = plot.dashed_line(&view.name, colour, &x, &y);
     }
-    plot.caption("Measured and predicted displacement of the tip; stick phases are shaded.")
+    plot.caption(&format!(
+        "Measured and predicted {} of the tip; stick phases are shaded.",
+        measurand.name()
+    ))
 }
 
 fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
@@ -197,7 +201,7 @@ fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
                 (0..segment.time.len())
                     .map(|i| {
                         if segment.trusted[i] {
-                            (segment.measured[i] - replay.displacement[i]) / noise
+                            (segment.measured[i] - replay.measured[i]) / noise
                         } else {
                             f64::NAN
                         }
@@ -209,6 +213,6 @@ fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {
     }
     plot.caption(&format!(
         "What the predictions miss, in units of the sensor noise ({}); the scale is linear up to 3 and logarithmic beyond.",
-        with_unit(noise, "m")
+        with_unit(noise, problem.campaign.measurand().unit())
     ))
 }

@@ -21,7 +21,7 @@ pub struct Sample {
     pub travel: f64,
     /// Contact force that the measurement implies, in N.
     pub force: f64,
-    /// Measured less predicted displacement in m, before and after.
+    /// Measured less predicted, in m or m/s, before and after.
     pub residual: [f64; 2],
     /// Force less the model's in N, before and after.
     pub unexplained: [f64; 2],
@@ -54,7 +54,7 @@ pub fn samples(problem: &Problem, pair: &[View; 2]) -> Vec<Sample> {
                 displacement: smoothed.displacement[slot],
                 travel: instant.travel,
                 force,
-                residual: both(&|r| segment.measured[k] - r.displacement[k]),
+                residual: both(&|r| segment.measured[k] - r.measured[k]),
                 unexplained: both(&|r| force - r.force[k]),
             });
         }

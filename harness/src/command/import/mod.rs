@@ -39,6 +39,9 @@ pub struct Arguments {
     /// Channel of the tip displacement [default: found by unit and name]
     #[arg(long, value_name = "NAME")]
     displacement: Option<String>,
+    /// Channel of the tip velocity, where a vibrometer measured that in place of a displacement
+    #[arg(long, value_name = "NAME", conflicts_with = "displacement")]
+    velocity: Option<String>,
     /// Belt velocity: a value in m/s (0 without a belt), a channel, or mean:CHANNEL; separated by commas, one for each file
     #[arg(
         long,
@@ -63,10 +66,10 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     external_force: Vec<String>,
-    /// Unit in place of the file's, as mm: of the displacement, or of CHANNEL; may be repeated
+    /// Unit in place of the file's, as mm: of the displacement (velocity), or of CHANNEL; may be repeated
     #[arg(long, value_name = "[CHANNEL=]UNIT")]
     unit: Vec<String>,
-    /// Factor behind the unit (m per V, -1 turns the sign): of the displacement, or of CHANNEL; may be repeated
+    /// Factor behind the unit (m per V, -1 turns the sign): of the displacement (velocity), or of CHANNEL; may be repeated
     #[arg(long, value_name = "[CHANNEL=]FACTOR", allow_hyphen_values = true)]
     scale: Vec<String>,
     /// First time that is taken, in s of the file
@@ -194,12 +197,12 @@ fn csv(run: &Imported) -> String {
             _ => None,
         })
         .collect();
-    let mut text = String::from("time_s,tip_displacement_m");
+    let mut text = format!("time_s,{}", run.measurand.usual_column());
     columns
         .iter()
         .for_each(|(name, _)| text.extend([",", name]));
     text.push('\n');
-    for (i, (time, value)) in run.time.iter().zip(&run.displacement).enumerate() {
+    for (i, (time, value)) in run.time.iter().zip(&run.measured).enumerate() {
         let _ = write!(text, "{time},{value:e}");
         for (_, values) in &columns {
             let _ = write!(text, ",{:e}", values[i]);
@@ -256,6 +259,7 @@ fn wanted(arguments: &Arguments) -> Result<Vec<Wanted>, Error> {
     let plain = Wanted {
         time: arguments.time.clone(),
         displacement: arguments.displacement.clone(),
+        velocity: arguments.velocity.clone(),
         rate: arguments.rate,
         units: arguments
             .unit

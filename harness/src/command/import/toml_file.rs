@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::measurement::Measurand;
 use crate::measurement::logger::{Imported, Input};
 
 /// A run with the file it comes from.
@@ -44,6 +45,10 @@ pub fn text(name: &str, beam: Option<&str>, runs: &[Entry]) -> String {
             "\n[[run]]\n# imported from {source}: {understood}\nfile = {}\n",
             quoted(&format!("{name}.csv"))
         );
+        if run.measurand != Measurand::Displacement {
+            let (key, column) = (run.measurand.column_key(), run.measurand.usual_column());
+            let _ = writeln!(text, "{key} = \"{column}\"");
+        }
         for (input, value_key, column_key, column) in [
             (
                 Some(&run.belt_velocity),

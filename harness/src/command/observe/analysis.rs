@@ -150,19 +150,15 @@ pub fn observe(
         return Err(ObserverError::Saturated {
             clipped,
             count: run.time.len(),
-            low_m: run
-                .displacement
-                .iter()
-                .copied()
-                .fold(f64::INFINITY, f64::min),
+            low_m: run.measured.iter().copied().fold(f64::INFINITY, f64::min),
             high_m: run
-                .displacement
+                .measured
                 .iter()
                 .copied()
                 .fold(f64::NEG_INFINITY, f64::max),
         });
     }
-    let record = UniformRecord::of(&run.time, &run.displacement, Some(&run.trusted()))?;
+    let record = UniformRecord::of(&run.time, &run.measured, Some(&run.trusted()))?;
     remarks.extend(faults(run, &record));
     let belt = BeltVelocity::Constant(run.belt_velocity);
     let settings = Settings {

@@ -179,7 +179,9 @@ fn load(arguments: &Arguments, said: &Said) -> Result<Campaign, Error> {
         });
     }
     let Some(beam) = &arguments.beam else {
-        return Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new(".")));
+        let campaign = Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new(".")))?;
+        campaign.require_displacement("observe")?;
+        return Ok(campaign);
     };
     let missing = |option: &'static str| Error::Usage {
         problem: format!("{option} is missing: --beam says nothing of the operating point"),
@@ -193,7 +195,9 @@ fn load(arguments: &Arguments, said: &Said) -> Result<Campaign, Error> {
         time_column: arguments.time_column.clone(),
         displacement_column: arguments.displacement_column.clone(),
     };
-    Campaign::of_single_run(&single, beam)
+    let campaign = Campaign::of_single_run(&single, beam)?;
+    campaign.require_displacement("observe")?;
+    Ok(campaign)
 }
 
 /// Refuses an operating point on the command line that is not the one the campaign gives for the run.

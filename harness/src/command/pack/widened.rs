@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn unknown_functions_of_a_campaign_are_effects_as_they_are_and_as_fitted() {
         let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
-        let unknown = unknown_functions(&campaign, 80.0, 0.1);
+        let unknown = unknown_functions(&campaign, 80.0, 0.1, &[(-1e-3, 1e-3)]);
         let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
         let plain = open_fmu(None).unwrap();
         let widened = with_effects(&plain, &files).unwrap().unwrap();
@@ -157,7 +157,7 @@ mod tests {
         for run in &mut campaign.runs {
             (run.belt_velocity, run.normal_force) = (0.0, 0.0);
         }
-        let unknown = unknown_functions(&campaign, 80.0, 0.1);
+        let unknown = unknown_functions(&campaign, 80.0, 0.1, &[(-1e-3, 1e-3)]);
         let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
         let plain = open_fmu(None).unwrap();
         assert!(with_effects(&plain, &files).unwrap().is_some());
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn a_formula_stands_behind_what_was_there_and_alone_where_it_is_wanted() {
         let campaign = Campaign::load(Path::new("../reference-data/demo")).unwrap();
-        let unknown = unknown_functions(&campaign, 80.0, 0.1);
+        let unknown = unknown_functions(&campaign, 80.0, 0.1, &[(-1e-3, 1e-3)]);
         let files: Vec<&str> = unknown.iter().map(|f| f.file.as_str()).collect();
         let plain = open_fmu(None).unwrap();
         let widened = with_effects(&plain, &files).unwrap().unwrap();

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::preview::Predicted;
 use crate::diagnose::data::break_away_events::events;
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::explanation::replay::{FORCE, observing};
+use crate::diagnose::explanation::replay::FORCE;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
@@ -99,7 +99,7 @@ pub fn measured(problem: &Problem, r: usize) -> Measured {
     Measured {
         name: run.name.clone(),
         time: run.time.iter().map(|t| (t - run.time[0]) as f32).collect(),
-        displacement: run.displacement.iter().map(|d| *d as f32).collect(),
+        displacement: run.measured.iter().map(|d| *d as f32).collect(),
         velocity: read(&smoothed.velocity),
         relative: read(&stick_slip.relative_velocity),
         friction: friction.into_iter().map(|f| f / normal).collect(),
@@ -180,7 +180,7 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
     let h = run.sample_interval();
     out.stretch = stretch.len() as f64 * h;
     if stretch.len() >= 32 {
-        let (measured, model) = (&run.displacement[stretch.clone()], &whole[stretch]);
+        let (measured, model) = (&run.measured[stretch.clone()], &whole[stretch]);
         let left: Vec<f64> = measured.iter().zip(model).map(|(m, y)| m - y).collect();
         out.spectra = [measured, model, &left].map(|series| lines(series, h));
     }
@@ -196,7 +196,7 @@ struct Motion {
 fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<Motion>, Error> {
     let h = &of.hypothesis;
     let force = problem.fmu.variable(FORCE).ok().map(|v| v.reference);
-    let observed = force.map(|reference| observing(&problem.references, reference));
+    let observed = force.map(|reference| problem.references.observing(reference));
     let mut motion = problem.predictor(h)?;
     let mut contact = match &observed {
         Some(references) => Some(Predictor::new(

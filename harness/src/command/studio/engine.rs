@@ -93,7 +93,7 @@ pub fn run(desk: &Desk, fmu: &Fmu, campaign: Campaign, given: PathBuf, closing: 
             Some(_) => given.clone(),
             None => continue,
         };
-        match given_campaign::load(&path, given_campaign::Forced::default()) {
+        match super::load(&path, given_campaign::Forced::default()) {
             Ok(read) => {
                 (given, campaign) = (path, Some(read));
                 desk.post(|board| board.trouble = None);
@@ -400,7 +400,7 @@ fn orders(bench: &Bench, read_at: &[Stamp], closing: &AtomicBool) -> Option<Orde
                     Order::Open(path) => path,
                     _ => bench.given,
                 };
-                match given_campaign::load(path, given_campaign::Forced::default()) {
+                match super::load(path, given_campaign::Forced::default()) {
                     Ok(_) => return Some(order),
                     Err(error) => desk.post(|board| {
                         board.trouble = Some(format!(

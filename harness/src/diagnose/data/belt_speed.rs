@@ -1,10 +1,10 @@
 //! By how much the stated belt speeds are off: in stick the tip moves with the belt.
 
-use crate::diagnose::data::segment::trusted_signal;
+use crate::diagnose::data::segment::{smoother_settings, trusted_signal};
 use crate::error::Error;
-use crate::measurement::{Campaign, Run};
-use crate::metric::{MAD, plateau, quantile, stick_velocity};
-use crate::observer::{Settings, Structure, smooth};
+use crate::measurement::{Campaign, Measurand, Run};
+use crate::metric::{MAD, measured_stick_velocity, plateau, quantile, stick_velocity};
+use crate::observer::{Structure, smooth};
 use crate::parallel::parallel;
 
 /// Standard deviations from the stated speed beyond which a plateau of the velocity is none of the belt's: a contact that
@@ -51,15 +51,19 @@ pub fn belt_scale(
         }
         let signal = trusted_signal(run);
         let h = run.sample_interval();
-        let settings = Settings::default();
+        let settings = smoother_settings(run);
         let plain = smooth(structure, h, &signal, &settings).map_err(|source| Error::Observer {
             run: run.name.clone(),
             source,
         })?;
         let std = quantile(&plain.velocity_std, 0.5);
         let time: Vec<f64> = (0..signal.len()).map(|k| k as f64 * h).collect();
-        let found = plateau(&plain.velocity, std, run.belt_velocity)
-            .and_then(|sticks| stick_velocity(&time, &signal, &sticks));
+        let found = plateau(&plain.velocity, std, run.belt_velocity).and_then(|sticks| {
+            match run.measurand {
+                Measurand::Displacement => stick_velocity(&time, &signal, &sticks),
+                Measurand::Velocity => measured_stick_velocity(&signal, &sticks),
+            }
+        });
         Ok(found.map(|f| {
             let share = f.std / run.belt_velocity.abs();
             (f.velocity / run.belt_velocity, share.hypot(LEAST_STD))

@@ -135,7 +135,7 @@ pub fn driven_motion(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::{InputSignals, Interpolation, Noise, Sampling};
+    use crate::measurement::{InputSignals, Interpolation, Measurand, Noise, Sampling};
     use crate::observer::Mode;
 
     /// A run pushed by `force`, sampled every ms.
@@ -157,7 +157,8 @@ mod tests {
                 external_force: Some(series(&force)),
                 ..InputSignals::default()
             },
-            displacement: vec![0.0; time.len()],
+            measurand: Measurand::Displacement,
+            measured: vec![0.0; time.len()],
             sampling: Sampling::of(&time),
             noise: Noise {
                 std: 1e-6,

@@ -11,4 +11,5 @@ pub(crate) mod place_prediction;
 pub mod segment;
 pub mod slip_samples;
 pub mod usable_run;
+pub mod velocity_level;
 pub mod white_noise;

@@ -5,10 +5,12 @@
 //! another over the whole run.
 
 use crate::diagnose::data::driven_motion::{BeltPath, driven_motion, sampled};
+use crate::diagnose::data::velocity_level::settle;
 use crate::error::Error;
-use crate::measurement::Run;
+use crate::measurement::{Measurand, Run};
 use crate::observer::{
-    BeltVelocity, PhaseMode, Smoothed, StickSlip, StickSlipSettings, Structure, smooth_stick_slip,
+    BeltVelocity, PhaseMode, Settings, Smoothed, StickSlip, StickSlipSettings, Structure,
+    smooth_stick_slip,
 };
 use serde::Serialize;
 
@@ -21,7 +23,7 @@ pub struct Segment {
     pub first: usize,
     /// Times in s; the first is the start.
     pub time: Vec<f64>,
-    /// Measured displacement in m at these times.
+    /// What was measured at these times, in m or m/s.
     pub measured: Vec<f64>,
     /// Whether a sample counts.
     pub trusted: Vec<bool>,
@@ -53,7 +55,7 @@ pub struct Smoothing {
     pub belt_path: BeltPath,
 }
 
-/// The measured displacement on a uniform grid, m: NaN where a sample is missing or not to be trusted; smoothers bridge them.
+/// What was measured on a uniform grid, in m or m/s: NaN where a sample is missing or not to be trusted; smoothers bridge them.
 pub fn trusted_signal(run: &Run) -> Vec<f64> {
     let trusted = run.trusted();
     let h = run.sample_interval();
@@ -65,7 +67,7 @@ pub fn trusted_signal(run: &Run) -> Vec<f64> {
         }
         if signal.len() == slot {
             signal.push(if trusted[k] {
-                run.displacement[k]
+                run.measured[k]
             } else {
                 f64::NAN
             });
@@ -74,11 +76,30 @@ pub fn trusted_signal(run: &Run) -> Vec<f64> {
     signal
 }
 
-/// Estimates motion and phases of a run with the linear structure as known.
+/// What the smoother is told of a run. Beside a force that jumps it finds the noise of a displacement, but not the much smaller one
+/// of a velocity, which the differences of the record show.
+pub fn smoother_settings(run: &Run) -> Settings {
+    let known = Some(run.noise.std).filter(|std| *std > 0.0);
+    Settings {
+        measurand: run.measurand,
+        noise_std: match run.measurand {
+            Measurand::Displacement => None,
+            Measurand::Velocity => known,
+        },
+        ..Settings::default()
+    }
+}
+
+/// Estimates motion and phases of a run with the linear structure as known. `friction` is the expected coefficient (1) over the
+/// relative speed in m/s, which sets the level of force and deflection where a velocity leaves it open ([`settle`]).
 ///
 /// # Errors
 /// Sampling too slow for the modes and whatever else the smoother refuses.
-pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> {
+pub fn smooth_run(
+    run: &Run,
+    structure: &Structure,
+    friction: &dyn Fn(f64) -> f64,
+) -> Result<Smoothing, Error> {
     let h = run.sample_interval();
     let mut signal = trusted_signal(run);
     let count = signal.len();
@@ -92,16 +113,23 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
         let less = |values: &mut [f64], part: &[f64]| {
             values.iter_mut().zip(part).for_each(|(v, p)| *v -= p);
         };
-        less(&mut signal, displacement);
+        less(
+            &mut signal,
+            match run.measurand {
+                Measurand::Displacement => displacement,
+                Measurand::Velocity => velocity,
+            },
+        );
         let belt = relative_belt.get_or_insert_with(|| vec![run.belt_velocity; count]);
         less(belt, velocity);
     }
     let settings = StickSlipSettings {
+        smoother: smoother_settings(run),
         rounds: 2,
         iterations: 4,
         ..StickSlipSettings::default()
     };
-    let mut stick_slip = smooth_stick_slip(
+    let stick_slip = smooth_stick_slip(
         structure,
         h,
         &signal,
@@ -115,9 +143,6 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
         run: run.name.clone(),
         source,
     })?;
-    if let Some((modal, tip)) = &driven {
-        add(&mut stick_slip.smoothed, modal, tip);
-    }
     let starts: Vec<f64> = stick_slip
         .phases
         .windows(2)
@@ -127,12 +152,17 @@ pub fn smooth_run(run: &Run, structure: &Structure) -> Result<Smoothing, Error> 
     let mut cycles: Vec<f64> = starts.windows(2).map(|w| w[1] - w[0]).collect();
     cycles.sort_by(f64::total_cmp);
     let cycle = cycles.get(cycles.len() / 2).copied().unwrap_or(f64::NAN);
-    Ok(Smoothing {
+    let mut smoothing = Smoothing {
         stick_slip,
         cycle,
         first_time: run.time[0],
         belt_path: BeltPath::of(run, h, belt.as_deref()),
-    })
+    };
+    settle(&mut smoothing, run, structure, friction);
+    if let Some((modal, tip)) = &driven {
+        add(&mut smoothing.stick_slip.smoothed, modal, tip);
+    }
+    Ok(smoothing)
 }
 
 /// Modal displacements and velocities, and those of the tip.
@@ -264,7 +294,7 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
                 run: index,
                 first,
                 time: run.time[range.clone()].to_vec(),
-                measured: run.displacement[range.clone()].to_vec(),
+                measured: run.measured[range.clone()].to_vec(),
                 count: trusted[range.clone()].iter().filter(|&&t| t).count(),
                 trusted: trusted[range.clone()].to_vec(),
                 stuck,

@@ -13,7 +13,7 @@ use crate::metric::standard_deviation;
 const LEAST_MOTION: f64 = 3.0;
 
 /// Least standard deviation of the noise, as a share of the largest motion's: 100 dB, more than any
-/// displacement sensor's range. Records without noise are a simulation's: what they differ by from
+/// sensor's range. Records without noise are a simulation's: what they differ by from
 /// another simulation is rounding, neither white nor of known size.
 const LEAST_NOISE: f64 = 1e-5;
 
@@ -34,7 +34,7 @@ pub struct UsableRun {
 impl UsableRun {
     /// What is used of each run of a campaign.
     pub fn all(runs: &[Run]) -> Vec<Self> {
-        let spread = |run: &Run| standard_deviation(&run.displacement);
+        let spread = |run: &Run| standard_deviation(&run.measured);
         // One sensor measures all runs, so that all have the noise of the same range.
         let largest = runs.iter().map(spread).fold(0.0, f64::max);
         let of_runs = runs.iter().zip(0..);
@@ -42,7 +42,7 @@ impl UsableRun {
         of_runs.collect()
     }
 
-    /// What is used of a run, with a noise of `least` m at least.
+    /// What is used of a run, with a noise of `least` at least, in the unit of what is measured.
     fn of(measured: &Run, least: f64, seed: u64) -> Self {
         let mut remarks = Vec::new();
         let mut run = measured.beginning(MOST_SAMPLES);
@@ -56,15 +56,16 @@ impl UsableRun {
                 run.duration()
             ));
         }
-        let spread = standard_deviation(&run.displacement);
+        let spread = standard_deviation(&run.measured);
+        let unit = run.measurand.unit();
         if run.noise.std < least {
             remarks.push(format!(
-                "{}: a noise of {:.1e} m is less than any sensor's, as in a simulation; white noise of {least:.1e} m was put on, so that what a model leaves can be compared with it.",
+                "{}: a noise of {:.1e} {unit} is less than any sensor's, as in a simulation; white noise of {least:.1e} {unit} was put on, so that what a model leaves can be compared with it.",
                 run.name, run.noise.std
             ));
             let more = (least * least - run.noise.std.powi(2)).sqrt();
             let mut random = fastrand::Rng::with_seed(seed);
-            for y in &mut run.displacement {
+            for y in &mut run.measured {
                 *y += more * gaussian(&mut random);
             }
             run.noise.std = least;

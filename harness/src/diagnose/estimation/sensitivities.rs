@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 /// A segment's prediction, linearised.
 #[derive(Clone)]
 pub(crate) struct Linear {
-    /// Measured less predicted displacement in m.
+    /// Measured less predicted, in m or m/s.
     pub residual: Vec<f64>,
     /// Derivatives of the prediction by the start state, in the order of [`directions`].
     pub states: DMatrix<f64>,
@@ -138,7 +138,7 @@ impl Fitter<'_, '_> {
                 continue;
             }
             if parameter.is_offset() {
-                // Added to the displacement as it is.
+                // Added to what is measured as it is.
                 let mut column = parameters.column_mut(h.shared.len() + c);
                 let stride = self.options.stride;
                 for (i, slope) in column.iter_mut().enumerate().take(predicted.len()) {
@@ -307,7 +307,7 @@ impl Fitter<'_, '_> {
 
 /// Response of a difference quotient's step in units of the noise, ...
 const RESPONSE: f64 = 0.02;
-/// ... at least this in m, above the integrator's errors; ...
+/// ... at least this in m or m/s, above the integrator's errors; ...
 const LEAST_RESPONSE: f64 = 1e-9;
 /// ... a response this many times stronger may lie beyond a transition, ...
 const TOO_STRONG: f64 = 20.0;

@@ -37,10 +37,10 @@ pub fn misses(problem: &Problem, replays: &BTreeMap<usize, Replay>) -> Vec<Miss>
         let run = &problem.campaign.runs[segment.run];
         let motion = &problem.smoothings[segment.run].stick_slip;
         let trusted = (0..segment.time.len()).filter(|&k| segment.trusted[k]);
-        for k in trusted.filter(|&k| replay.displacement[k].is_finite()) {
+        for k in trusted.filter(|&k| replay.measured[k].is_finite()) {
             let time = segment.time[k] - run.time[0];
             let instant = Instant::new(&problem.smoothings[segment.run], time);
-            let error = (segment.measured[k] - replay.displacement[k]).abs();
+            let error = (segment.measured[k] - replay.measured[k]).abs();
             out.push(Miss {
                 run: segment.run,
                 segment: index,

@@ -1,7 +1,7 @@
 //! Predictions of segments where a errors left the parameters and start states: for pictures, sample by sample.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::model::hypothesis::{Hypothesis, References};
+use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
@@ -17,8 +17,8 @@ pub(crate) const FORCE: &str = "friction_force";
 pub struct Replay {
     /// Index of the segment in the problem.
     pub segment: usize,
-    /// Predicted displacement in m, one per sample; NaN once the prediction was given up.
-    pub displacement: Vec<f64>,
+    /// What the sensor is predicted to measure, in m or m/s, one per sample; NaN once the prediction was given up.
+    pub measured: Vec<f64>,
     /// The model's contact force in N at the same times; NaN where it is not known.
     pub force: Vec<f64>,
 }
@@ -33,10 +33,9 @@ pub fn replay(
     judgement: &SegmentErrors,
 ) -> Result<Vec<Replay>, Error> {
     let force = problem.fmu.variable(FORCE).ok().map(|v| v.reference);
-    let observed = observing(
-        &problem.references,
-        force.unwrap_or(problem.references.measured),
-    );
+    let observed = problem
+        .references
+        .observing(force.unwrap_or(problem.references.measured));
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     let places: Vec<usize> = (0..judgement.segments.len()).collect();
     let parts: Vec<&[usize]> = places
@@ -55,13 +54,13 @@ pub fn replay(
         let one = |&i: &usize| {
             let index = judgement.segments[i];
             let segment = &problem.segments[index];
-            let displacement = run_segment(&mut motion, segment, judgement, i);
-            // Another output must not be compared with the measured displacement.
+            let measured = run_segment(&mut motion, segment, judgement, i);
+            // Another output must not be compared with what was measured.
             let free = Segment {
                 measured: vec![f64::NAN; segment.measured.len()],
                 ..segment.clone()
             };
-            let whole = displacement.last().is_some_and(|d| d.is_finite());
+            let whole = measured.last().is_some_and(|d| d.is_finite());
             let force = if whole && force.is_some() {
                 run_segment(&mut contact, &free, judgement, i)
             } else {
@@ -69,7 +68,7 @@ pub fn replay(
             };
             Replay {
                 segment: index,
-                displacement,
+                measured,
                 force,
             }
         };
@@ -96,20 +95,4 @@ fn run_segment(
     );
     out.resize(segment.time.len(), f64::NAN);
     out
-}
-
-/// The same names with another output in the place of the measured displacement.
-pub(crate) fn observing(references: &References, output: u32) -> References {
-    References {
-        inputs: references.inputs,
-        external_force: references.external_force,
-        measured: output,
-        contact_mode: references.contact_mode,
-        contact: references.contact,
-        start_effects: references.start_effects,
-        mode_count: references.mode_count,
-        tolerance: references.tolerance,
-        history: references.history,
-        states: references.states.clone(),
-    }
 }

@@ -21,7 +21,7 @@ pub fn over_noise(problem: &Problem, replays: &BTreeMap<usize, Replay>) -> Vec<R
     let mut out = Vec::new();
     for (&k, replay) in replays {
         let segment = &problem.segments[k];
-        let pairs = segment.measured.iter().zip(&replay.displacement);
+        let pairs = segment.measured.iter().zip(&replay.measured);
         let residual: Vec<f64> = pairs.map(|(m, p)| m - p).collect();
         if segment.count < segment.time.len() || residual.iter().any(|r| !r.is_finite()) {
             continue;

@@ -1,13 +1,19 @@
 //! Which effects can act in a campaign at all: friction does nothing where nothing is pressed on, a belt drive nothing where the
 //! belt rests. Such an effect has no derivative, and its hypothesis would be the one without it at another price.
 
+use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::effect_card::EffectCard;
-use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, output_of};
+use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::point::Point;
+use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
+use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::error::Error;
+use crate::measurement::Measurand;
+use crate::metric::median;
 use crate::parallel::parallel;
 
 /// Value given to each number of a curve or profile for the test, in its own unit: a tenth, as such numbers are shares or units of
@@ -17,24 +23,100 @@ const OF_A_CURVE: f64 = 0.1;
 /// can show.
 const CHANGE: f64 = 1e-2;
 
-/// For each effect of the catalogue, whether the motions that the runs begin with change with it at its typical strength. Where some run
-/// keeps itself going by friction on a moving belt, all are taken to act.
+/// Tells the problem which effects can act, and says in a remark which can't for want of a sensor of displacements.
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub fn acting(problem: &Problem) -> Result<Vec<bool>, Error> {
-    let effects: Vec<usize> = (0..problem.catalogue.len()).collect();
-    let rubs = |r: &crate::measurement::Run| r.sustains_itself() && r.normal_force > 0.0;
-    if problem.campaign.runs.iter().any(rubs) {
-        return Ok(vec![true; effects.len()]);
+pub fn leave_out(problem: &mut Problem) -> Result<(), Error> {
+    problem.acts = acting(problem)?;
+    if problem.campaign.measurand() == Measurand::Displacement {
+        return Ok(());
     }
-    let plain = motions(problem, &[])?;
+    let blind = sensor_alone(problem)?;
+    let effects = problem.catalogue.iter().zip(&blind);
+    let ids: Vec<&str> = effects
+        .filter(|(card, blind)| **blind && !is_beyond(card))
+        .map(|(card, _)| card.id.as_str())
+        .collect();
+    let remark = format!(
+        "Left out, since they act on a sensor of displacements alone and a velocity was measured: {}.",
+        ids.join(", ")
+    );
+    if !ids.is_empty() {
+        problem.remarks.push(remark);
+    }
+    for (acts, blind) in problem.acts.iter_mut().zip(blind) {
+        *acts &= !blind;
+    }
+    Ok(())
+}
+
+/// Whether an effect stands beyond the catalogue.
+fn is_beyond(card: &EffectCard) -> bool {
+    is_library_effect(&card.id) || is_unknown_function(&card.id)
+}
+
+/// Segments on which it is looked whether an effect moves the tip.
+const LOOKED_AT: usize = 8;
+/// A sensor of displacements shows an effect alone if it shows this many times what the change of velocity can make in the
+/// segment.
+const BEYOND_MOTION: f64 = 10.0;
+
+/// For each effect of the catalogue, whether a sensor of displacements shows it at its typical strength and the motion does
+/// not: from the same start the displacement changes by no more than the time times the change of velocity.
+fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
+    let effects: Vec<usize> = (0..problem.catalogue.len()).collect();
+    let step = (problem.segments.len() / LOOKED_AT).max(1);
+    let some: Vec<usize> = (0..problem.segments.len()).step_by(step).collect();
+    let displacement = problem.fmu.variable(output_of(Measurand::Displacement))?;
+    let sensor = problem.references.observing(displacement.reference);
+    let both = |choices: &[Choice]| -> Result<[Vec<Vec<f64>>; 2], Error> {
+        Ok([
+            motions(problem, choices, &problem.references, &some)?,
+            motions(problem, choices, &sensor, &some)?,
+        ])
+    };
+    let plain = both(&[])?;
     parallel(&effects, |&effect| {
         let choice = Choice {
             effect,
             settings: Vec::new(),
         };
-        let with = motions(problem, &[choice])?;
+        let with = both(&[choice])?;
+        let largest = |of: usize, i: usize| -> f64 {
+            let pairs = plain[of][i].iter().zip(&with[of][i]);
+            pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+        };
+        let (mut moved, mut shown) = (Vec::new(), Vec::new());
+        for (i, &k) in some.iter().enumerate() {
+            let segment = &problem.segments[k];
+            let duration = segment.time[segment.time.len() - 1] - segment.time[0];
+            moved.push(largest(0, i) / problem.noise[segment.run]);
+            shown.push(largest(1, i) - BEYOND_MOTION * duration * largest(0, i));
+        }
+        Ok(median(&mut moved) < CHANGE && median(&mut shown) > 0.0)
+    })
+}
+
+/// For each effect of the catalogue, whether the motions that the runs begin with change with it at its typical strength. Where some run
+/// keeps itself going by friction on a moving belt, all are taken to act.
+///
+/// # Errors
+/// An FMU that can't be run.
+fn acting(problem: &Problem) -> Result<Vec<bool>, Error> {
+    let effects: Vec<usize> = (0..problem.catalogue.len()).collect();
+    let rubs = |r: &crate::measurement::Run| r.sustains_itself() && r.normal_force > 0.0;
+    if problem.campaign.runs.iter().any(rubs) {
+        return Ok(vec![true; effects.len()]);
+    }
+    let all: Vec<usize> = (0..problem.segments.len()).collect();
+    let plain = motions(problem, &[], &problem.references, &all)?;
+    parallel(&effects, |&effect| {
+        let choice = Choice {
+            effect,
+            settings: Vec::new(),
+        };
+        let with = motions(problem, &[choice], &problem.references, &all)?;
         let differs = |(k, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let noise = problem.noise[problem.segments[k].run];
             a.len() != b.len() || a.iter().zip(b).any(|(a, b)| (a - b).abs() > CHANGE * noise)
@@ -43,16 +125,31 @@ pub fn acting(problem: &Problem) -> Result<Vec<bool>, Error> {
     })
 }
 
-/// The motion over each segment, from the smoothed start states; empty where it can't be followed.
-fn motions(problem: &Problem, choices: &[Choice]) -> Result<Vec<Vec<f64>>, Error> {
+/// The motion over each of some segments, from the smoothed start states, as the output of `references` shows it; empty where it
+/// can't be followed.
+fn motions(
+    problem: &Problem,
+    choices: &[Choice],
+    references: &References,
+    some: &[usize],
+) -> Result<Vec<Vec<f64>>, Error> {
     let h = problem.hypothesis(choices)?;
     let mut point = Point::centre(&h, &problem.segments);
     if let Some(choice) = choices.first() {
         switch_on(&h, &problem.catalogue[choice.effect], &mut point);
     }
-    let mut predictor = problem.predictor(&h)?;
-    let mut out = Vec::with_capacity(problem.segments.len());
-    for (k, segment) in problem.segments.iter().enumerate() {
+    let runs = &problem.campaign.runs;
+    let mut predictor = Predictor::new(problem.fmu, references, runs, &h, &problem.work)?;
+    // Another output must not be compared with what was measured.
+    let is_other = references.measured != problem.references.measured;
+    let mut out = Vec::with_capacity(some.len());
+    for &k in some {
+        let segment = &problem.segments[k];
+        let free = is_other.then(|| Segment {
+            measured: vec![f64::NAN; segment.measured.len()],
+            ..segment.clone()
+        });
+        let segment = free.as_ref().unwrap_or(segment);
         let mut motion = Vec::new();
         let values = point.values(k, segment.run);
         let done = predictor.predict(segment, values, Samples::all(segment), &mut motion);

@@ -20,6 +20,47 @@ const FOREIGN: f64 = 0.25;
 /// Standard deviation of the logarithm of a2: friction constants are known to a tenth at best.
 const A2_STD: f64 = 0.1;
 
+/// The friction law as the FMU's start values have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartFriction {
+    mu_0: f64,
+    v1: f64,
+    c2: f64,
+    a1: f64,
+    a2: f64,
+}
+
+impl StartFriction {
+    /// The constants of an FMU.
+    ///
+    /// # Errors
+    /// An FMU without them.
+    pub fn of(fmu: &Fmu) -> Result<Self, Error> {
+        let start = |name: &str| -> Result<f64, Error> {
+            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
+        };
+        Ok(Self {
+            mu_0: start("friction.mu_0")?,
+            v1: start("friction.v1")?,
+            c2: start("friction.c2")?,
+            a1: start("friction.a1")?,
+            a2: start("friction.a2")?,
+        })
+    }
+
+    /// Coefficient of friction (1) at a sliding speed in m/s.
+    pub fn at(&self, v: f64) -> f64 {
+        let &Self {
+            mu_0,
+            v1,
+            c2,
+            a1,
+            a2,
+        } = self;
+        mu_0 * (1.0 - a1 + a1 * (-v / v1).exp()) * (1.0 - a2 + a2 * (-c2 * v).exp())
+    }
+}
+
 /// Centre and standard deviation of a belief; of the logarithm, where the quantity is positive.
 pub type Belief = (f64, f64);
 
@@ -43,22 +84,16 @@ pub struct FrictionPrior {
 }
 
 impl FrictionPrior {
-    /// The beliefs for a campaign's runs.
-    ///
-    /// # Errors
-    /// An FMU without the constants.
-    pub fn new(fmu: &Fmu, runs: &[Run], smoothings: &[Smoothing]) -> Result<Self, Error> {
-        let start = |name: &str| -> Result<f64, Error> {
-            Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
-        };
-        let (mu_0, v1, c2) = (
-            start("friction.mu_0")?,
-            start("friction.v1")?,
-            start("friction.c2")?,
-        );
-        let (a1, a2) = (start("friction.a1")?, start("friction.a2")?);
-        let expected =
-            |v: f64| mu_0 * (1.0 - a1 + a1 * (-v / v1).exp()) * (1.0 - a2 + a2 * (-c2 * v).exp());
+    /// The beliefs for a campaign's runs. Where a velocity was measured, the level of the smoothed force is that of the start
+    /// values, so that other surfaces are not recognised.
+    pub fn new(expected: StartFriction, runs: &[Run], smoothings: &[Smoothing]) -> Self {
+        let StartFriction {
+            mu_0,
+            v1,
+            c2,
+            a1,
+            a2,
+        } = expected;
         let mut speeds = Vec::new();
         let mut of_runs = Vec::new();
         let mut pooled = Vec::new();
@@ -66,7 +101,7 @@ impl FrictionPrior {
             let slip = slip_of_run(run, smoothing);
             let pairs = slip.iter().map(|s| {
                 let v = s.relative_velocity.abs();
-                (v, s.force.abs() / (run.normal_force * expected(v)))
+                (v, s.force.abs() / (run.normal_force * expected.at(v)))
             });
             let pairs: Vec<(f64, f64)> = pairs.filter(|(_, r)| r.is_finite()).collect();
             let mut ratios: Vec<f64> = pairs.iter().map(|(_, r)| *r).collect();
@@ -88,11 +123,11 @@ impl FrictionPrior {
         // Friction that rises with the sliding speed is another effect on the same surfaces: at rest the two agree.
         let is_foreign = |r: f64| r > 0.0 && r.ln().abs() > FOREIGN;
         if !(is_foreign(ratio) && is_foreign(line(&pooled).0)) {
-            return Ok(as_made);
+            return as_made;
         }
         let typical_speed = median(&mut speeds);
         let level = |r: f64| if r > 0.0 { r / ratio } else { 1.0 };
-        Ok(Self {
+        Self {
             mu_0: (mu_0 * ratio, 0.3),
             v1: (v1.min(typical_speed), 1.0),
             c2: (c2, 0.4),
@@ -100,6 +135,6 @@ impl FrictionPrior {
             a2: (a2, A2_STD),
             levels: of_runs.iter().map(|&r| (level(r), 0.3)).collect(),
             foreign: Some(ratio),
-        })
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::diagnose::model::periodic::{Argument, argument, periodic};
 use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{BeamKnowledge, Campaign, Run};
+use crate::measurement::{BeamKnowledge, Campaign, Measurand, Run};
 use crate::observer::{Mode, Structure};
 use serde::Serialize;
 
@@ -28,8 +28,10 @@ pub struct References {
     pub inputs: [u32; 2],
     /// external_force, where the FMU has it.
     pub external_force: Option<u32>,
-    /// measured_displacement.
+    /// The output that the sensor measures: measured_displacement, or tip_velocity.
     pub measured: u32,
+    /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
+    pub lacks_offset: bool,
     /// contact_mode (an enumeration, 0 = stick).
     pub contact_mode: u32,
     /// start.contact (an enumeration).
@@ -51,7 +53,7 @@ impl References {
     ///
     /// # Errors
     /// A variable that the FMU does not have.
-    pub fn new(fmu: &Fmu, modes: usize) -> Result<Self, Error> {
+    pub fn new(fmu: &Fmu, modes: usize, measurand: Measurand) -> Result<Self, Error> {
         let one = |name: &str| fmu.variable(name).map(|v| v.reference);
         let mut states = Vec::new();
         for j in 1..=modes {
@@ -61,7 +63,8 @@ impl References {
         Ok(Self {
             inputs: [one("belt_velocity")?, one("normal_force")?],
             external_force: one("external_force").ok(),
-            measured: one("measured_displacement")?,
+            measured: one(output_of(measurand))?,
+            lacks_offset: measurand != Measurand::Displacement,
             contact_mode: one("contact_mode")?,
             contact: one("start.contact")?,
             start_effects: one("start.effects")?,
@@ -70,6 +73,26 @@ impl References {
             history: [one("belt_travel.start")?, one("dwell_time.start")?],
             states,
         })
+    }
+}
+
+impl References {
+    /// The same names with another output in the place of the one measured.
+    pub(crate) fn observing(&self, output: u32) -> Self {
+        Self {
+            measured: output,
+            lacks_offset: false,
+            states: self.states.clone(),
+            ..*self
+        }
+    }
+}
+
+/// Name of the FMU's output that a sensor of the tip measures.
+pub fn output_of(measurand: Measurand) -> &'static str {
+    match measurand {
+        Measurand::Displacement => "measured_displacement",
+        Measurand::Velocity => "tip_velocity",
     }
 }
 
@@ -169,7 +192,7 @@ impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
     /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
-    /// the displacement in m, `belt` the standard deviation of the belief in its belt speeds, as a share.
+    /// what was measured, `belt` the standard deviation of the belief in its belt speeds, as a share.
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
@@ -283,11 +306,17 @@ impl Hypothesis {
                 ..log(name, "1", level_reference, belief.0, std, 4.0)
             }
         };
+        let measurand = campaign.measurand();
+        let (offset_name, offset_target) = match measurand {
+            Measurand::Displacement => ("sensor.offset", vec![(reference("sensor.offset")?, 1.0)]),
+            // The FMU has no sensor of velocities: the predictor adds it.
+            Measurand::Velocity => ("sensor.velocity_offset", Vec::new()),
+        };
         let offset = Parameter {
-            name: "sensor.offset".into(),
-            unit: "m".into(),
+            name: offset_name.into(),
+            unit: measurand.unit().into(),
             kind: Kind::Offset,
-            targets: vec![(reference("sensor.offset")?, 1.0)],
+            targets: offset_target,
             scale: Scale::Linear,
             prior: 0.0,
             prior_std: 0.02 * spread,

@@ -2,6 +2,7 @@
 
 pub mod acting;
 pub mod belt_profile;
+pub mod displacement_range;
 pub mod effect_card;
 pub mod finished_work;
 pub mod friction_prior;

@@ -9,15 +9,15 @@ use crate::fmu::{Course, Directions, Drive, Fmu, Instance, Tangents};
 use crate::measurement::Run;
 use std::ops::Range;
 
-/// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, far below any sensor's noise.
+/// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, or 1e-7 m/s, far below any sensor's noise.
 const TOLERANCE: f64 = 1e-9;
 
 /// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
 const RUNAWAY: f64 = 5.0;
 
-fn reach(displacement: &[f64]) -> f64 {
-    let mean = displacement.iter().sum::<f64>() / displacement.len() as f64;
-    displacement
+fn reach(measured: &[f64]) -> f64 {
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    measured
         .iter()
         .map(|d| (d - mean).abs())
         .fold(0.0, f64::max)
@@ -37,7 +37,7 @@ pub struct Predictor<'a> {
     has_slopes: bool,
     names: Vec<u32>,
     values: Vec<f64>,
-    /// Largest distance from the mean in each run, m.
+    /// Largest distance from the mean in each run, in m or m/s.
     reach: Vec<f64>,
     /// Time in s at which the last prediction ended.
     now: f64,
@@ -74,10 +74,20 @@ impl<'a> Predictor<'a> {
             work,
             names: Vec::new(),
             values: Vec::new(),
-            reach: runs.iter().map(|r| reach(&r.displacement)).collect(),
+            reach: runs.iter().map(|r| reach(&r.measured)).collect(),
             now: 0.0,
             reached: 0,
         })
+    }
+
+    /// What the sensor of a run adds to the output, where the FMU does not.
+    fn offset(&self, run: usize, per_run: &[f64]) -> f64 {
+        if !self.references.lacks_offset {
+            return 0.0;
+        }
+        let parameters = self.hypothesis.per_run[run].iter().zip(per_run);
+        let offsets = parameters.filter(|(parameter, _)| parameter.is_offset());
+        offsets.map(|(parameter, &u)| parameter.value(u)).sum()
     }
 
     fn push(&mut self, reference: u32, value: f64) {
@@ -249,14 +259,16 @@ impl Simulator for Predictor<'_> {
         let drive = self.drive(segment.run, samples_of(segment), values.shared);
         self.start(segment, values, drive.as_ref())?;
         let r = self.references;
+        let offset = self.offset(segment.run, values.per_run);
         out.clear();
         let mut y = [0.0];
         self.instance.get_real(&[r.measured], &mut y)?;
-        out.push(y[0]);
+        out.push(y[0] + offset);
         for k in (1..samples.count).map(|i| i * samples.stride) {
             let next = segment.time[k] - origin;
             self.advance(drive.as_ref(), t, next)?;
             self.instance.get_real(&[r.measured], &mut y)?;
+            y[0] += offset;
             if (y[0] - segment.measured[k]).abs() > self.limit(segment.run) {
                 // A motion that runs away would cost the time of a thousand others.
                 return Ok(false);

@@ -10,7 +10,7 @@ use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::effect_card::{EffectCard, candidates};
 use crate::diagnose::model::finished_work::FinishedWork;
-use crate::diagnose::model::friction_prior::FrictionPrior;
+use crate::diagnose::model::friction_prior::{FrictionPrior, StartFriction};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structure};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::Spectra;
@@ -53,10 +53,12 @@ const ALIKE: f64 = 100.0;
 /// The error of a campaign in which no run moves, with the one that varies most.
 fn nothing_moves(campaign: &Campaign) -> Error {
     let of_runs = campaign.runs.iter();
-    let spreads = of_runs.map(|r| (standard_deviation(&r.displacement), r.noise.std));
+    let spreads = of_runs.map(|r| (standard_deviation(&r.measured), r.noise.std));
     let (spread, noise) = spreads.fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
     Error::NothingMoves {
         campaign: campaign.folder.clone(),
+        quantity: campaign.measurand().name(),
+        unit: campaign.measurand().unit(),
         spread,
         noise,
     }
@@ -111,11 +113,11 @@ pub struct Problem<'a> {
     pub break_aways: Vec<BreakAways>,
     /// All segments, run after run.
     pub segments: Vec<Segment>,
-    /// Sensor noise of each run in m.
+    /// Sensor noise of each run in m, or m/s where a velocity was measured, as all that is compared with what was measured.
     pub noise: Vec<f64>,
-    /// Noise of each run in m that fits count with: the sensor's, or more where friction scatters.
+    /// Noise of each run that fits count with: the sensor's, or more where friction scatters.
     fit_noise: Vec<f64>,
-    /// Standard deviation of each run's displacement in m.
+    /// Standard deviation of what each run measured.
     pub spread: Vec<f64>,
     /// What each run passes of the belt.
     pub tracks: Vec<Track>,
@@ -154,7 +156,7 @@ impl<'a> Problem<'a> {
     /// See [`Self::new`].
     pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
-        let references = References::new(fmu, structure.modes().len())?;
+        let references = References::new(fmu, structure.modes().len(), campaign.measurand())?;
         if campaign.runs.iter().any(|run| run.inputs.pushes()) {
             fmu.variable("external_force")?;
         }
@@ -175,7 +177,9 @@ impl<'a> Problem<'a> {
                 series.values.iter_mut().for_each(|v| *v *= factor);
             }
         }
-        let smoothings = parallel(&campaign.runs, |run| smooth_run(run, &structure))?;
+        let expected = StartFriction::of(fmu)?;
+        let smooth = |run: &Run| smooth_run(run, &structure, &|v| expected.at(v));
+        let smoothings = parallel(&campaign.runs, smooth)?;
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
         let mut segments = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
@@ -234,10 +238,10 @@ impl<'a> Problem<'a> {
             spread: campaign
                 .runs
                 .iter()
-                .map(|r| standard_deviation(&r.displacement))
+                .map(|r| standard_deviation(&r.measured))
                 .collect(),
             held_out: rule.of(&campaign),
-            friction: FrictionPrior::new(fmu, &campaign.runs, &smoothings)?,
+            friction: FrictionPrior::new(expected, &campaign.runs, &smoothings),
             spectra: Spectra::default(),
             remarks,
             finished: FinishedWork::default(),
@@ -297,7 +301,7 @@ impl<'a> Problem<'a> {
         self.stated_belt_velocities[run]
     }
 
-    /// Mean standard deviation of the displacement over the runs, in m.
+    /// Mean standard deviation of what was measured over the runs.
     pub fn mean_spread(&self) -> f64 {
         self.spread.iter().sum::<f64>() / self.spread.len() as f64
     }
@@ -320,7 +324,7 @@ impl<'a> Problem<'a> {
         self.fit_noise.clone_from(&self.noise);
     }
 
-    /// Makes fits count with these standard deviations in m, one for each run.
+    /// Makes fits count with these standard deviations, one for each run.
     pub fn count_with(&mut self, noise: Vec<f64>) {
         self.fit_noise = noise;
     }

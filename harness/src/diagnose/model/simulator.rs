@@ -62,7 +62,7 @@ impl Samples {
 
 /// A model that predicts segments. The FMU is one ([`super::predictor::Predictor`]); the estimation knows no other side of it.
 pub trait Simulator {
-    /// Writes the predicted displacement in m at the samples asked for; `false` if the motion ran away from the measurement
+    /// Writes what is predicted to be measured, in m or m/s, at the samples asked for; `false` if the motion ran away from the measurement
     /// and was given up, after the samples written.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ pub trait Simulator {
         out: &mut Vec<f64>,
     ) -> Result<bool, Error>;
 
-    /// Derivatives of the displacement at the samples asked for by each of `turns`, one after another in `slopes`; `false`
+    /// Derivatives of what is measured at the samples asked for by each of `turns`, one after another in `slopes`; `false`
     /// where the model does not offer them or can't follow the motion: they are then taken by differences.
     fn differentiate(
         &mut self,
@@ -97,6 +97,6 @@ pub trait Simulator {
         per_run: &[f64],
     ) -> Result<SegmentStart, Error>;
 
-    /// Deviation in m from the measurement at which a prediction of run `run` is given up.
+    /// Deviation from the measurement at which a prediction of run `run` is given up.
     fn limit(&self, run: usize) -> f64;
 }

@@ -13,7 +13,7 @@
 
 use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
-use crate::measurement::Campaign;
+use crate::measurement::{Campaign, Measurand};
 use crate::metric::velocity;
 use crate::observer::Structure;
 
@@ -306,42 +306,46 @@ fn velocity_of(amplitude: f64, frequency_hz: f64) -> f64 {
 }
 
 /// A frequency in Hz by which the motions of a campaign are measured: the lowest natural one, or, where no mode has a spring, that
-/// of a harmonic motion as wide and as fast as the widest and the fastest measured.
-pub fn lowest_frequency(campaign: &Campaign, structure: &Structure) -> f64 {
+/// of a harmonic motion as wide and as fast as the widest and the fastest measured. `ranges` is of the displacement, run by run
+/// ([`super::displacement_range`]).
+pub fn lowest_frequency(campaign: &Campaign, structure: &Structure, ranges: &[(f64, f64)]) -> f64 {
     let sprung = structure.modes().iter().filter(|m| !m.is_free());
     let lowest = sprung.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
     if lowest.is_finite() {
         return lowest;
     }
-    let of_run = |run: &crate::measurement::Run| {
-        let speeds = velocity(&run.time, &run.displacement, SLOPE_HALF_WIDTH);
-        let fastest = speeds.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
-        let (low, high) = run
-            .displacement
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| {
-                (l.min(*w), h.max(*w))
-            });
+    let of_run = |(run, &(low, high)): (&crate::measurement::Run, &(f64, f64))| {
+        let size = |a: f64, v: &f64| a.max(v.abs());
+        let fastest = match run.measurand {
+            Measurand::Displacement => velocity(&run.time, &run.measured, SLOPE_HALF_WIDTH)
+                .iter()
+                .fold(0.0, size),
+            Measurand::Velocity => run.measured.iter().fold(0.0, size),
+        };
         2.0 * fastest / (std::f64::consts::TAU * (high - low))
     };
-    let highest = campaign.runs.iter().map(of_run).fold(0.0, f64::max);
+    let runs = campaign.runs.iter().zip(ranges);
+    let highest = runs.map(of_run).fold(0.0, f64::max);
     if highest > 0.0 { highest } else { 1.0 }
 }
 
-/// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`].
+/// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`], and
+/// so are `ranges`. What would act on a sensor of displacements is left out where a velocity was measured.
 pub fn unknown_functions(
     campaign: &Campaign,
     lowest_hz: f64,
     tip_mass_kg: f64,
+    ranges: &[(f64, f64)],
 ) -> Vec<UnknownFunction> {
     let runs = &campaign.runs;
     let most =
         |of: &dyn Fn(&crate::measurement::Run) -> f64| runs.iter().map(of).fold(0.0, f64::max);
-    let values = || runs.iter().flat_map(|r| r.displacement.iter().copied());
-    let finite = || values().filter(|v| v.is_finite());
-    let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
+    let all = ranges.iter();
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| {
+        (l.min(r.0), h.max(r.1))
     });
+    let is_measured =
+        |place: &Place| *place != MEASUREMENT || campaign.measurand() == Measurand::Displacement;
     let half = (0.5 * (high - low)).max(1e-9);
     let belt = most(&|r| r.belt_velocity.abs());
     let force = most(&|r| r.normal_force);
@@ -384,6 +388,7 @@ pub fn unknown_functions(
         _ => 0.1,
     };
     ALL.iter()
+        .filter(|(place, _)| is_measured(place))
         .map(|&(place, argument)| {
             let (from, to) = match range(argument) {
                 // It does not vary in this campaign: the curve can't act, and its nodes may be anywhere.

@@ -24,6 +24,7 @@ use crate::diagnose::validation::identifiability::{in_words, undetermined};
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
+use crate::measurement::NoiseStd;
 use crate::metric::half_width;
 use std::collections::BTreeMap;
 
@@ -156,7 +157,11 @@ pub fn conclude(
         verdict_probability: (!selection.by_hand)
             .then(|| probability_of(problem, selection, verdict)),
         forecast,
-        noise_std_m: problem.noise.iter().sum::<f64>() / problem.noise.len() as f64,
+        noise_std: NoiseStd::of(
+            problem.campaign.measurand(),
+            problem.noise.iter().sum::<f64>() / problem.noise.len() as f64,
+        ),
+        measured_quantity: problem.campaign.measurand(),
         candidates: standings(problem, selection),
         further_effects: further_effects(problem, selection),
         residual,

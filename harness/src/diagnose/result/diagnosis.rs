@@ -7,6 +7,7 @@ use crate::diagnose::selection::next_measurement::NextMeasurement;
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::forecast::Forecast;
 use crate::diagnose::validation::identifiability::Undetermined;
+use crate::measurement::{Measurand, NoiseStd};
 use crate::metric::half_width;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -152,8 +153,12 @@ pub struct Diagnosis {
     pub forecast: Vec<Forecast>,
     /// The falling error.
     pub error_ladder: Vec<Rung>,
-    /// Sensor noise in m.
-    pub noise_std_m: f64,
+    /// Sensor noise.
+    #[serde(flatten)]
+    pub noise_std: NoiseStd,
+    /// What was measured, where it is not the displacement.
+    #[serde(skip_serializing_if = "is_displacement")]
+    pub measured_quantity: Measurand,
     /// All candidates, best first.
     pub candidates: Vec<Standing>,
     /// Effects beside those named of which a score test says that no fit could change the verdict.
@@ -197,6 +202,11 @@ pub struct Diagnosis {
     pub counters: Counts,
     /// Friction level and sensor offset of each run.
     pub runs: Vec<RunValues>,
+}
+
+/// Campaigns held displacements alone once, and their diagnoses stay as they were.
+fn is_displacement(measurand: &Measurand) -> bool {
+    *measurand == Measurand::Displacement
 }
 
 /// What belongs to one run.

@@ -25,7 +25,7 @@ pub struct Piece {
     pub start: f64,
     /// The same of its last sample.
     pub end: f64,
-    /// Measured displacement in m at its start, by which the record is known again.
+    /// What was measured at its start, in m or m/s, by which the record is known again.
     pub measured: f64,
     /// Values of the variables that it starts with.
     pub values: Vec<f64>,

@@ -335,7 +335,7 @@ mod tests {
     fn a_flat_curve_is_no_lead() {
         let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
         let campaign = Campaign::load(&demo).unwrap();
-        let functions = unknown_functions(&campaign, 80.0, 0.1);
+        let functions = unknown_functions(&campaign, 80.0, 0.1, &[(-1e-3, 1e-3)]);
         let of = |curve: [[f64; 3]; 3]| in_words(&functions[0], &shape(&curve, "1"), None, true);
         let flat = of([[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]]);
         assert!(

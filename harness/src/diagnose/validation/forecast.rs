@@ -5,7 +5,7 @@
 //! predicted. Two figures say how well:
 //!
 //! - one-cycle forecasts: from states filtered through the past (the start state of a piece is fitted to that piece alone)
-//!   each next piece is predicted; their root mean square error over the standard deviation of the displacement;
+//!   each next piece is predicted; their root mean square error over the standard deviation of what is measured;
 //! - valid time: how long the free motion from the end of the first part stays within 0.4 of that standard deviation (Pathak
 //!   et al., Phys. Rev. Lett. 120 (2018) 024102). Its limit is that of the model's own motion with the sensor's noise on it,
 //!   forecast in the same way: no model can do better than that with so noisy a beginning.
@@ -18,7 +18,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::forecast_band::{Band, band};
 use crate::diagnose::validation::learned_run::LearnedRun;
 use crate::error::Error;
-use crate::measurement::Run;
+use crate::measurement::{Measurand, Run};
 use crate::metric::characteristics;
 use crate::parallel::parallel;
 use serde::Serialize;
@@ -27,7 +27,7 @@ use serde::Serialize;
 const LEAST_LEARNED: f64 = 0.04;
 /// Cycles in the first part of a run.
 const CYCLES_LEARNED: f64 = 2.0;
-/// Error over the standard deviation of the displacement at which a forecast is no longer valid.
+/// Error over the standard deviation of what is measured at which a forecast is no longer valid.
 const VALID: f64 = 0.4;
 /// Seed of the noise on the model's own motion.
 const SEED: u64 = 1;
@@ -41,6 +41,45 @@ pub struct Compared {
     pub predicted: Option<f64>,
 }
 
+/// The amplitude of what was measured, under the key that names its unit.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(untagged)]
+pub enum Amplitude {
+    /// Of a displacement.
+    Displacement {
+        /// In m.
+        amplitude_m: Compared,
+    },
+    /// Of a velocity.
+    Velocity {
+        /// In m/s.
+        amplitude_m_per_s: Compared,
+    },
+}
+
+impl Amplitude {
+    fn of(measurand: Measurand, amplitude: Compared) -> Self {
+        match measurand {
+            Measurand::Displacement => Self::Displacement {
+                amplitude_m: amplitude,
+            },
+            Measurand::Velocity => Self::Velocity {
+                amplitude_m_per_s: amplitude,
+            },
+        }
+    }
+
+    /// The numbers, and their unit.
+    pub fn with_unit(self) -> (Compared, &'static str) {
+        match self {
+            Self::Displacement { amplitude_m: a } => (a, "m"),
+            Self::Velocity {
+                amplitude_m_per_s: a,
+            } => (a, "m/s"),
+        }
+    }
+}
+
 /// The forecast of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Forecast {
@@ -48,7 +87,7 @@ pub struct Forecast {
     pub run: String,
     /// Length in s of the first part, from which the run's own values and its state were learned.
     pub learned_s: f64,
-    /// Root mean square error of one-cycle forecasts over the standard deviation of the displacement.
+    /// Root mean square error of one-cycle forecasts over the standard deviation of what is measured.
     pub one_cycle_nrmse: f64,
     /// Time in s for which the free motion stays near the measured one; as long as the run lasts, if it never leaves it.
     pub valid_time_s: f64,
@@ -56,8 +95,9 @@ pub struct Forecast {
     pub valid_time_limit_s: f64,
     /// Period of the motion after the first part in s.
     pub period_s: Compared,
-    /// Amplitude of it in m.
-    pub amplitude_m: Compared,
+    /// Amplitude of it.
+    #[serde(flatten)]
+    pub amplitude: Amplitude,
     /// Share of the time in stick.
     pub stick_share: Compared,
     /// Share (1) of the samples measured within the valid time that lie in the forecast's band, which is to hold 8 of 10; only
@@ -70,7 +110,7 @@ pub struct Forecast {
     /// Index of the run.
     #[serde(skip)]
     pub index: usize,
-    /// Times in s since the run began, and the free motion predicted in m, NaN once it was given up.
+    /// Times in s since the run began, and what is predicted of the free motion in m or m/s, NaN once it was given up.
     #[serde(skip)]
     pub curve: (Vec<f64>, Vec<f64>),
 }
@@ -108,14 +148,14 @@ fn forecast(
     let ahead = seen.ahead()?;
     let (time, free) = seen.after(&ahead);
     let spread = problem.spread[r];
-    let valid_time_s = valid_time(&time, &measured.displacement[seen.past..], free, spread);
+    let valid_time_s = valid_time(&time, &measured.measured[seen.past..], free, spread);
     // The model's own motion, measured by the same sensor.
     let mut random = fastrand::Rng::with_seed(SEED);
     let noise = problem.noise[r];
-    let before = &measured.displacement[..seen.last().first];
+    let before = &measured.measured[..seen.last().first];
     let truth = [before, &ahead].concat();
     let per_run = Run {
-        displacement: truth
+        measured: truth
             .iter()
             .map(|y| y + noise * gaussian(&mut random))
             .collect(),
@@ -130,11 +170,12 @@ fn forecast(
         }
         _ => f64::NAN,
     };
-    let of_measured = &measured.displacement[seen.past..];
+    let of_measured = &measured.measured[seen.past..];
     let belt = measured.belt_velocity;
+    let measurand = measured.measurand;
     let described = |values: &[f64]| {
         let usable = values.len() > 32 && values.iter().all(|v| v.is_finite());
-        usable.then(|| characteristics(&time, values, belt, noise))
+        usable.then(|| characteristics(&time, (measurand, values), belt, noise))
     };
     let (seen_there, predicted) = (described(of_measured), described(free));
     let compared = |read: &dyn Fn(&crate::metric::Characteristics) -> Option<f64>| Compared {
@@ -148,7 +189,7 @@ fn forecast(
         valid_time_s,
         valid_time_limit_s: limit,
         period_s: compared(&|c| c.period),
-        amplitude_m: compared(&|c| Some(c.amplitude)),
+        amplitude: Amplitude::of(measurand, compared(&|c| Some(c.amplitude))),
         stick_share: compared(&|c| Some(c.stick_fraction)),
         inside_band: None,
         band: None,
@@ -167,7 +208,7 @@ impl Forecast {
         let band = band(problem, fitted, self.index, self.learned_s)?;
         let noise = problem.noise[self.index];
         let until = self.learned_s + self.valid_time_s;
-        let share = |band: &Band| band.share_inside(&run.time, &run.displacement, noise, until);
+        let share = |band: &Band| band.share_inside(&run.time, &run.measured, noise, until);
         Ok(Self {
             inside_band: band.as_ref().map(share),
             band,

@@ -5,6 +5,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::run_parameters;
+use crate::diagnose::model::friction_prior::StartFriction;
 use crate::diagnose::model::hypothesis::{Hypothesis, structure};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
@@ -47,7 +48,8 @@ impl<'a> LearnedRun<'a> {
         }
         let beginning = run.beginning(past);
         let structure = structure(problem.fmu, &problem.campaign.beam)?;
-        let Ok(smoothing) = smooth_run(&beginning, &structure) else {
+        let expected = StartFriction::of(problem.fmu)?;
+        let Ok(smoothing) = smooth_run(&beginning, &structure, &|v| expected.at(v)) else {
             return Ok(None);
         };
         let segments = cut(index, &beginning, &smoothing, problem.horizon);
@@ -145,7 +147,7 @@ impl<'a> LearnedRun<'a> {
         (since.collect(), &ahead[self.past - self.last().first..])
     }
 
-    /// Root mean square error in m of forecasts of each piece after the first part from the piece before it.
+    /// Root mean square error of forecasts, in the unit of what is measured, of each piece after the first part from the piece before it.
     pub(crate) fn one_cycle(&self) -> Result<f64, Error> {
         let (problem, h, r) = (self.problem, self.hypothesis, self.index);
         let run = &self.runs[r];
@@ -177,7 +179,7 @@ impl<'a> LearnedRun<'a> {
                 if !trusted[i] {
                     continue;
                 }
-                let error = run.displacement[i] - all[i - from.first];
+                let error = run.measured[i] - all[i - from.first];
                 let error = if error.is_finite() {
                     error.abs().min(limit)
                 } else {

@@ -1,7 +1,7 @@
 //! Which channel of a recording is what, and its values in SI units.
 
-use super::super::FEWEST_SAMPLES;
 use super::super::unit::{Quantity, Unit};
+use super::super::{FEWEST_SAMPLES, Measurand};
 use super::{Channel, Recording, Trouble, names};
 use crate::error::Error;
 use crate::wording::{nearest, quoted, suggestion};
@@ -24,6 +24,8 @@ pub struct Wanted {
     pub time: Option<String>,
     /// Channel of the displacement.
     pub displacement: Option<String>,
+    /// Channel of the velocity, in place of a displacement.
+    pub velocity: Option<String>,
     /// Samples per second, for files without times.
     pub rate: Option<f64>,
     /// Belt velocity.
@@ -32,9 +34,9 @@ pub struct Wanted {
     pub normal_force: Option<Source>,
     /// Force on the tip.
     pub external_force: Option<Source>,
-    /// Units in place of the file's: of the displacement, or of the channel named.
+    /// Units in place of the file's: of the displacement or velocity, or of the channel named.
     pub units: Vec<(Option<String>, String)>,
-    /// Factors behind the units: of the displacement, or of the channel named.
+    /// Factors behind the units: of the displacement or velocity, or of the channel named.
     pub scales: Vec<(Option<String>, f64)>,
     /// Whether samples without a number are left out, in place of an error.
     pub skip_missing: bool,
@@ -58,8 +60,10 @@ pub enum Input {
 pub struct Imported {
     /// s; strictly increasing.
     pub time: Vec<f64>,
-    /// m.
-    pub displacement: Vec<f64>,
+    /// What was measured at the tip.
+    pub measurand: Measurand,
+    /// Its values, m or m/s.
+    pub measured: Vec<f64>,
     /// m/s.
     pub belt_velocity: Input,
     /// N.
@@ -117,6 +121,14 @@ const DISPLACEMENT: Role = Role {
         "laser",
         "weg",
     ],
+};
+/// Found by name alone: the belt has a velocity too.
+const VELOCITY: Role = Role {
+    words: "the velocity",
+    quantity: Quantity::Velocity,
+    unit: "m/s",
+    option: "--velocity",
+    names: &[],
 };
 const BELT_VELOCITY: Role = Role {
     words: "the belt velocity",
@@ -212,9 +224,20 @@ struct Taking<'a> {
 impl Taking<'_> {
     fn run(&self) -> Result<Imported, Trouble> {
         let mut said: Vec<String> = Vec::new();
-        let channel = self.displacement()?;
-        let displacement = self.values(channel, &DISPLACEMENT, &mut said)?;
-        let count = displacement.len();
+        let (measurand, channel) = match (&self.wanted.displacement, &self.wanted.velocity) {
+            (Some(displacement), Some(velocity)) => {
+                return Err(Trouble::new(
+                    format!(
+                        "--displacement {displacement} and --velocity {velocity} are two measured quantities, and a run holds one"
+                    ),
+                    "leave one of the two out",
+                ));
+            }
+            (_, Some(name)) => (Measurand::Velocity, self.named(name, &VELOCITY)?),
+            (_, None) => (Measurand::Displacement, self.displacement()?),
+        };
+        let measured = self.values(channel, role_of(measurand), &mut said)?;
+        let count = measured.len();
         let mut told = vec![self.recording.format.to_owned()];
         told.extend(self.recording.remarks.iter().cloned());
         let time = self.time(channel, count, &mut told)?;
@@ -255,7 +278,8 @@ impl Taking<'_> {
         let normal_force = needed(normal_force, &NORMAL_FORCE, "0 without contact")?;
         let mut run = Imported {
             time,
-            displacement,
+            measurand,
+            measured,
             belt_velocity,
             normal_force,
             external_force,
@@ -290,7 +314,7 @@ impl Taking<'_> {
         let mut missing = 0;
         let mut keep = Vec::with_capacity(run.time.len());
         let series = [
-            (DISPLACEMENT.words, Some(&run.displacement)),
+            (role_of(run.measurand).words, Some(&run.measured)),
             (TIME.words, Some(&run.time)),
             (BELT_VELOCITY.words, series(Some(&run.belt_velocity))),
             (NORMAL_FORCE.words, series(Some(&run.normal_force))),
@@ -325,7 +349,7 @@ impl Taking<'_> {
             values.retain(|_| kept.next().copied().unwrap_or(false));
         };
         filter(&mut run.time);
-        filter(&mut run.displacement);
+        filter(&mut run.measured);
         let inputs = [
             Some(&mut run.belt_velocity),
             Some(&mut run.normal_force),
@@ -511,12 +535,12 @@ impl Taking<'_> {
         role: &Role,
         told: &mut Vec<String>,
     ) -> Result<f64, Trouble> {
-        let is_displacement = role.option == DISPLACEMENT.option;
+        let is_measured = [DISPLACEMENT.option, VELOCITY.option].contains(&role.option);
         let is_meant = |name: &Option<String>| match name {
-            None => is_displacement,
+            None => is_measured,
             Some(name) => channel.name == *name || channel.last_name() == name,
         };
-        // What is stated for a channel by its name goes before what is stated for the displacement.
+        // What is stated for a channel by its name goes before what is stated for the measured one.
         let mut scales: Vec<_> = self
             .wanted
             .scales
@@ -558,6 +582,14 @@ impl Taking<'_> {
                 "" => String::new(),
                 unit => format!("in {unit}, "),
             };
+            let is_velocity = kind == Some(Quantity::Velocity.words());
+            let or_velocity = match role.option == DISPLACEMENT.option && is_velocity {
+                true => format!(
+                    ", or state --velocity {} if a velocity was measured",
+                    channel.last_name()
+                ),
+                false => String::new(),
+            };
             return Err(Trouble::new(
                 format!(
                     "is {in_unit}{}, and can't be imported as {}, where {} is needed",
@@ -566,7 +598,7 @@ impl Taking<'_> {
                     role.quantity.words()
                 ),
                 format!(
-                    "name another channel with {}, or state --unit {}={} if its unit is wrong",
+                    "name another channel with {}{or_velocity}, or state --unit {}={} if its unit is wrong",
                     role.option,
                     channel.last_name(),
                     role.unit
@@ -689,8 +721,12 @@ impl Taking<'_> {
         if found == count {
             return Ok(());
         }
+        let what = match self.wanted.velocity {
+            Some(_) => Measurand::Velocity.name(),
+            None => Measurand::Displacement.name(),
+        };
         Err(Trouble::new(
-            format!("{found} samples, while the displacement '{}' has {count}", of.name),
+            format!("{found} samples, while the {what} '{}' has {count}", of.name),
             "channels of one run need the same samples: record them together, resample one, or name another",
         )
         .of(&channel.name))
@@ -734,6 +770,13 @@ impl Taking<'_> {
         }
         self.same_length(channel, values.len(), of, count)?;
         Ok(Some(Input::Series(values)))
+    }
+}
+
+fn role_of(measurand: Measurand) -> &'static Role {
+    match measurand {
+        Measurand::Displacement => &DISPLACEMENT,
+        Measurand::Velocity => &VELOCITY,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::super::Measurand;
 use super::{Imported, Input, Trouble};
 use crate::error::Error;
 
@@ -74,7 +75,8 @@ impl Imported {
         }
         Ok(Imported {
             time,
-            displacement,
+            measurand: Measurand::Displacement,
+            measured: displacement,
             belt_velocity,
             normal_force,
             external_force,

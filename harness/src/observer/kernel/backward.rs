@@ -23,11 +23,11 @@ impl<const N: usize> Fixed<'_, N> {
         model: &DiscreteModel,
         solution: &mut Solution,
     ) {
-        let n = self.displacement.len();
+        let n = self.measured.len();
         let f = model.force_index;
         let mut unit = [0.0; N];
         unit[f] = 1.0;
-        let directions = [unit, self.c, self.velocity];
+        let directions = [unit, self.displacement, self.velocity];
         let mut lambda = [0.0; N];
         // Information of the later samples, without and with the present one.
         let mut information: Matrix<N> = [[0.0; N]; N];

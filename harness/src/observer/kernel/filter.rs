@@ -12,20 +12,22 @@ pub(super) struct Gain<const N: usize> {
     pub(super) gain: Vector<N>,
     /// Innovation variance; infinite where there is no sample.
     pub(super) variance: f64,
-    /// The same for what else is known, applied after the displacement.
+    /// The same for what else is known, applied after what is measured.
     pub(super) held_gain: Vector<N>,
     pub(super) held_variance: f64,
 }
 
 pub(super) struct Fixed<'a, const N: usize> {
     pub(super) a: Matrix<N>,
+    /// Row of what is measured.
     pub(super) c: Vector<N>,
+    pub(super) displacement: Vector<N>,
     pub(super) velocity: Vector<N>,
     pub(super) noise: Matrix<N>,
     pub(super) varying: Vec<(Matrix<N>, &'a [f64])>,
     pub(super) r: f64,
     pub(super) force_index: usize,
-    pub(super) displacement: &'a [f64],
+    pub(super) measured: &'a [f64],
     pub(super) known: Option<&'a [Known]>,
     pub(super) start: Vector<N>,
     pub(super) start_covariance: Matrix<N>,
@@ -36,7 +38,8 @@ impl<'a, const N: usize> Fixed<'a, N> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         Self {
             a: matrix(&problem.model.transition),
-            c: vector(&problem.model.output),
+            c: vector(problem.model.measured()),
+            displacement: vector(&problem.model.output),
             velocity: vector(&problem.model.velocity),
             noise: matrix(&problem.noise),
             varying: problem
@@ -46,7 +49,7 @@ impl<'a, const N: usize> Fixed<'a, N> {
                 .collect(),
             r: problem.measurement_variance,
             force_index: problem.model.force_index,
-            displacement: problem.displacement,
+            measured: problem.measured,
             known: problem.known,
             start: vector(&problem.start),
             start_covariance: matrix(&problem.start_covariance),
@@ -105,7 +108,7 @@ impl<'a, const N: usize> Fixed<'a, N> {
         let mut p = self.start_covariance;
         let mut number = 0_u32;
         let mut steady: Option<Gain<N>> = None;
-        for (k, &y) in self.displacement.iter().enumerate() {
+        for (k, &y) in self.measured.iter().enumerate() {
             let (seen, known) = (!y.is_nan(), self.known_at(k));
             let gain = match steady {
                 Some(gain) if seen && known.is_none() => gain,

@@ -32,7 +32,7 @@ pub(in crate::observer) struct VaryingNoise<'a> {
     pub level: &'a [f64],
 }
 
-/// Something known besides the displacement at one sample:
+/// Something known besides what is measured at one sample:
 /// `velocity w' + force F x_s = value`, with a variance; nothing if `value` is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::observer) struct Known {
@@ -74,10 +74,10 @@ pub(in crate::observer) struct Problem<'a> {
     pub noise: DMatrix<f64>,
     /// Process noise, the varying parts.
     pub varying: Vec<VaryingNoise<'a>>,
-    /// Variance of the measurement noise in m^2.
+    /// Variance of the measurement noise, in the square of what is measured.
     pub measurement_variance: f64,
-    /// Displacement in m; NaN where missing.
-    pub displacement: &'a [f64],
+    /// What was measured, in m or m/s; NaN where missing.
+    pub measured: &'a [f64],
     /// What else is known, sample by sample.
     pub known: Option<&'a [Known]>,
     pub start: DVector<f64>,
@@ -86,7 +86,7 @@ pub(in crate::observer) struct Problem<'a> {
     pub converge: bool,
 }
 
-/// Terms of the Gaussian likelihood of the displacement.
+/// Terms of the Gaussian likelihood of what is measured.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::observer) struct Likelihood {
     pub count: f64,
@@ -180,7 +180,7 @@ fn dispatch(problem: &Problem, task: Task) -> Solution {
 
 fn run<const N: usize>(problem: &Problem, task: Task) -> Solution {
     let fixed = Fixed::<N>::new(problem);
-    let count = problem.displacement.len();
+    let count = problem.measured.len();
     let size = problem.model.output.len();
     let mut likelihood = Likelihood::default();
     let mut add = |gain: &Gain<N>, e: f64| {

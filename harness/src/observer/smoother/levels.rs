@@ -2,13 +2,14 @@
 
 use super::record::Record;
 use super::{Settings, Smoothed};
+use crate::measurement::Measurand;
 use crate::observer::error::ObserverError;
 use crate::observer::kernel::{self, Likelihood};
 
 /// Noise levels in scaled units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::observer) struct Levels {
-    /// Variance of the sensor noise in m^2.
+    /// Variance of the sensor noise in m^2, or in m^2/s^2 where a velocity is measured.
     pub noise_variance: f64,
     /// Intensity of the scaled force state in m^2/s.
     pub intensity: f64,
@@ -46,9 +47,9 @@ impl Record<'_> {
     }
 
     fn search_part(&self, longest: usize) -> &[f64] {
-        let n = self.displacement.len();
+        let n = self.measured.len();
         let start = n.saturating_sub(longest) / 2;
-        &self.displacement[start..(start + longest).min(n)]
+        &self.measured[start..(start + longest).min(n)]
     }
 
     /// Searches the ratio of intensity to noise variance (1-D, golden section after a coarse scan).
@@ -89,7 +90,10 @@ impl Record<'_> {
         };
         // A force of the size of the signal in one period of mode 1, against noise 1e-2 to 1e-6.
         let rate = self.structure.modes()[0].rate() / std::f64::consts::TAU;
-        let centre = (1e6 * rate).ln();
+        let centre = match self.model.measures {
+            Measurand::Displacement => (1e6 * rate).ln(),
+            Measurand::Velocity => (1e6 * rate / self.per_displacement().powi(2)).ln(),
+        };
         let best = minimise(cost, centre, 5.0_f64.ln(), 12, 0.02);
         let (mut levels, terms) = levels_at(best);
         if free {

@@ -1,7 +1,8 @@
-//! A checked record with its structure: from displacement to filtering task, and back to forces.
+//! A checked record with its structure: from what is measured to filtering task, and back to forces.
 
 use super::levels::Levels;
 use super::{Settings, Smoothed};
+use crate::measurement::Measurand;
 use crate::observer::error::ObserverError;
 use crate::observer::kernel::{Problem, Solution};
 use crate::observer::structure::{DiscreteModel, Structure};
@@ -13,7 +14,8 @@ pub(in crate::observer) struct Record<'a> {
     pub structure: &'a Structure,
     pub model: DiscreteModel,
     pub sample_interval: f64,
-    pub displacement: Vec<f64>,
+    /// What was measured less the offset, in m or m/s.
+    pub measured: Vec<f64>,
     pub offset: f64,
     pub(super) mean: f64,
     pub(super) variance: f64,
@@ -23,18 +25,20 @@ impl<'a> Record<'a> {
     pub fn new(
         structure: &'a Structure,
         sample_interval: f64,
-        displacement: &[f64],
+        measured: &[f64],
         settings: &Settings,
     ) -> Result<Self, ObserverError> {
-        let model = structure.discretise(settings.force_model, sample_interval)?;
+        let model = structure
+            .discretise(settings.force_model, sample_interval)?
+            .measuring(settings.measurand);
         check_settings(settings)?;
-        let displacement: Vec<f64> = displacement.iter().map(|y| y - settings.offset).collect();
-        let (mean, variance) = check_displacement(&displacement, sample_interval, &model)?;
+        let measured: Vec<f64> = measured.iter().map(|y| y - settings.offset).collect();
+        let (mean, variance) = check_measured(&measured, sample_interval, &model)?;
         Ok(Self {
             structure,
             model,
             sample_interval,
-            displacement,
+            measured,
             offset: settings.offset,
             mean,
             variance,
@@ -43,13 +47,13 @@ impl<'a> Record<'a> {
 
     /// A filtering task with constant noise levels.
     pub fn problem(&self, levels: Levels, converge: bool) -> Problem<'_> {
-        self.problem_on(&self.displacement, levels, converge)
+        self.problem_on(&self.measured, levels, converge)
     }
 
-    /// The same on other displacements (a part of the record).
+    /// The same on other samples (a part of the record).
     pub fn problem_on<'b>(
         &'b self,
-        displacement: &'b [f64],
+        measured: &'b [f64],
         levels: Levels,
         converge: bool,
     ) -> Problem<'b> {
@@ -60,7 +64,7 @@ impl<'a> Record<'a> {
             noise: &self.model.noise[last] * levels.intensity,
             varying: Vec::new(),
             measurement_variance: levels.noise_variance,
-            displacement,
+            measured,
             known: None,
             start,
             start_covariance,
@@ -68,22 +72,40 @@ impl<'a> Record<'a> {
         }
     }
 
+    /// Factor from a displacement in m to what is measured, by size: that of a motion at the rate of the first mode.
+    pub(super) fn per_displacement(&self) -> f64 {
+        match self.model.measures {
+            Measurand::Displacement => 1.0,
+            Measurand::Velocity => self.structure.modes()[0].rate(),
+        }
+    }
+
+    /// Mean displacement in m and variance of it in m^2. A velocity says nothing of where the tip rests: a constant force and
+    /// the deflection that balances it are taken to be zero, and stay so.
+    fn displacement_level(&self) -> (f64, f64) {
+        match self.model.measures {
+            Measurand::Displacement => (self.mean, self.variance),
+            Measurand::Velocity => (0.0, self.variance / self.per_displacement().powi(2)),
+        }
+    }
+
     /// Start at the static deflection of the mean, with a wide covariance.
     fn start(&self) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.model.output.len();
+        let (mean, variance) = self.displacement_level();
         // Where no spring holds the mass, its place says nothing of the force.
         let force = if self.structure.is_free() {
             0.0
         } else {
-            self.mean / self.structure.static_compliance()
+            mean / self.structure.static_compliance()
         };
         let mut start = DVector::zeros(size);
         let mut covariance = DMatrix::zeros(size, size);
-        let wide = 100.0 * (self.variance + 1e-4 * self.mean.powi(2));
+        let wide = 100.0 * (variance + 1e-4 * mean.powi(2));
         for (j, mode) in self.structure.modes().iter().enumerate() {
             start[2 * j] = mode.modal_compliance() * force;
             if mode.is_free() {
-                start[2 * j] = self.mean / mode.tip_value;
+                start[2 * j] = mean / mode.tip_value;
             }
             let q = wide / mode.tip_value.powi(2);
             covariance[(2 * j, 2 * j)] = q;
@@ -199,18 +221,18 @@ fn check_settings(settings: &Settings) -> Result<(), ObserverError> {
 }
 
 /// Mean and variance of the finite samples.
-fn check_displacement(
-    displacement: &[f64],
+fn check_measured(
+    measured: &[f64],
     sample_interval: f64,
     model: &DiscreteModel,
 ) -> Result<(f64, f64), ObserverError> {
-    if let Some(index) = displacement.iter().position(|y| y.is_infinite()) {
+    if let Some(index) = measured.iter().position(|y| y.is_infinite()) {
         return Err(ObserverError::InfiniteSample {
             index,
             time_s: index as f64 * sample_interval,
         });
     }
-    let finite = || displacement.iter().filter(|y| !y.is_nan());
+    let finite = || measured.iter().filter(|y| !y.is_nan());
     let found = finite().count();
     let needed = 4 * model.output.len();
     if found < needed {

@@ -1,6 +1,7 @@
 //! The structure with the force as additional state, scaled and exactly discretised.
 
 use super::{Mode, Structure};
+use crate::measurement::Measurand;
 use crate::observer::error::ObserverError;
 use nalgebra::{DMatrix, DVector};
 
@@ -35,12 +36,29 @@ pub struct DiscreteModel {
     pub output: DVector<f64>,
     /// Row with `w_tip' = row z`, N, in 1/s.
     pub velocity: DVector<f64>,
+    /// What is measured: [`Self::output`] or [`Self::velocity`].
+    pub measures: Measurand,
     /// Index of the force state.
     pub force_index: usize,
     /// `z[force_index] = force_scale F`, in m/N.
     pub force_scale: f64,
     /// `z[force_index + 1] = slope_scale F'`, in m s/N.
     pub slope_scale: f64,
+}
+
+impl DiscreteModel {
+    /// The same with another sensor at the tip.
+    pub fn measuring(self, measures: Measurand) -> Self {
+        Self { measures, ..self }
+    }
+
+    /// Row of what is measured over the states.
+    pub fn measured(&self) -> &DVector<f64> {
+        match self.measures {
+            Measurand::Displacement => &self.output,
+            Measurand::Velocity => &self.velocity,
+        }
+    }
 }
 
 impl Mode {
@@ -74,6 +92,7 @@ impl Structure {
             noise: self.noise(force_model, sample_interval),
             output: self.output(force_model),
             velocity: self.velocity_output(force_model),
+            measures: Measurand::Displacement,
             force_index: 2 * self.modes.len(),
             force_scale: self.force_scale(),
             slope_scale: self.force_scale() / self.modes[0].rate(),

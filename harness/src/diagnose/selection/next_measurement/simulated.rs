@@ -8,12 +8,14 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::error::Error;
-use crate::measurement::{Role, Run, Sampling};
+use crate::measurement::{Measurand, Role, Run, Sampling};
 
 /// Periods of the lowest mode until the transient has died down far enough.
 const TRANSIENT: f64 = 10.0;
-/// Distance in m at which a simulated motion is given up, beyond any beam's.
+/// Distance in m at which a simulated motion is given up, beyond any beam's, ...
 const FAR: f64 = 0.1;
+/// ... and speed in m/s: that of such a motion at 80 Hz.
+const FAST: f64 = 50.0;
 
 /// The first run that a model was fitted to, with which it simulates.
 fn origin(problem: &Problem) -> usize {
@@ -32,12 +34,16 @@ pub(crate) fn simulated(
 ) -> Result<Option<Run>, Error> {
     let r = origin(problem);
     let measured = &problem.campaign.runs[r];
+    let far = match measured.measurand {
+        Measurand::Displacement => FAR,
+        Measurand::Velocity => FAST,
+    };
     let belt = velocity.copysign(measured.belt_velocity);
     let mut runs = problem.campaign.runs.clone();
     runs[r] = Run {
         belt_velocity: belt,
         normal_force: force,
-        displacement: vec![-FAR, FAR],
+        measured: vec![-far, far],
         ..measured.clone()
     };
     let modes = structure(problem.fmu, &problem.campaign.beam)?;
@@ -92,7 +98,7 @@ pub(crate) fn simulated(
         role: Some(Role::Holdout),
         sampling: Sampling::of(&time),
         time,
-        displacement: out[skipped..]
+        measured: out[skipped..]
             .iter()
             .map(|y| y + noise * gaussian(&mut random))
             .collect(),

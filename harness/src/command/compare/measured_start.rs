@@ -1,0 +1,49 @@
+//! Where a record's tip starts, and how far it bends.
+
+use crate::diagnose::model::friction_prior::StartFriction;
+use crate::diagnose::model::hypothesis::structure;
+use crate::fmu::Fmu;
+use crate::measurement::{BeamKnowledge, Measurand, Run};
+use crate::metric::{integral, quantile, velocity};
+
+/// Samples to either side for the velocity at the start.
+const START_HALF_WIDTH: usize = 5;
+
+/// Displacement (m) and velocity (m/s) of the tip at the start, and the farthest that it bends along the belt, m.
+///
+/// A velocity does not tell where the tip is: its displacement, the integral of the velocity, is taken to swing about the
+/// deflection of the friction that the FMU starts with.
+pub(super) fn measured_start(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> ((f64, f64), f64) {
+    let end = if run.belt_velocity < 0.0 {
+        0.005
+    } else {
+        0.995
+    };
+    let ends = 2 * START_HALF_WIDTH;
+    let first = &run.measured[..ends];
+    match run.measurand {
+        Measurand::Displacement => {
+            let speed = velocity(&run.time[..ends], first, START_HALF_WIDTH)[0];
+            ((run.measured[0], speed), quantile(&run.measured, end))
+        }
+        Measurand::Velocity => {
+            let bent = friction_deflection(fmu, beam, run);
+            let swing = integral(&run.time, &run.measured);
+            let speed = first.iter().sum::<f64>() / ends as f64;
+            ((bent + swing[0], speed), bent + quantile(&swing, end))
+        }
+    }
+}
+
+/// Static deflection (m) under the friction at the belt's speed that the FMU's start values have; 0 where it has none, and
+/// where a mass slides freely.
+fn friction_deflection(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> f64 {
+    match (StartFriction::of(fmu), structure(fmu, beam)) {
+        (Ok(friction), Ok(structure)) if !structure.is_free() => {
+            let speed = run.belt_velocity;
+            let force = friction.at(speed.abs()) * run.normal_force * speed.signum();
+            structure.static_compliance() * force
+        }
+        _ => 0.0,
+    }
+}

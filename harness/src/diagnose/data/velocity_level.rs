@@ -1,0 +1,52 @@
+//! What a measured velocity leaves open: the level of force and deflection.
+//!
+//! A structure on springs that a constant force deflects has no velocity, so that a velocity says nothing of that force and of
+//! the deflection. The smoother finds both up to a level. Here the level is set by the friction that the FMU's start values
+//! expect: a belief like that of the friction constants, which the fit then starts from.
+
+use crate::diagnose::data::segment::Smoothing;
+use crate::diagnose::data::slip_samples::slip_of_run;
+use crate::measurement::{Measurand, Run};
+use crate::metric::median;
+use crate::observer::Structure;
+
+/// Sets the level of force and displacement of a smoothed velocity such that friction in slip is what is expected.
+///
+/// ```text
+/// F + c,   q_j + phi_j c / (m_j w_j^2),   c = median over slip of (-sign(v_r) mu(|v_r|) F_N - F)
+/// ```
+///
+/// `friction` is mu (1) over the relative speed in m/s. Nothing changes where a displacement was measured, where a mass has no
+/// spring (a constant force then shows), and where nothing slips.
+pub fn settle(
+    smoothing: &mut Smoothing,
+    run: &Run,
+    structure: &Structure,
+    friction: &dyn Fn(f64) -> f64,
+) {
+    if run.measurand != Measurand::Velocity || structure.is_free() {
+        return;
+    }
+    let mut off: Vec<f64> = slip_of_run(run, smoothing)
+        .iter()
+        .map(|s| {
+            let v = s.relative_velocity;
+            -v.signum() * friction(v.abs()) * run.normal_force - s.force
+        })
+        .filter(|c| c.is_finite())
+        .collect();
+    if off.is_empty() {
+        return;
+    }
+    let level = median(&mut off);
+    let raise = |values: &mut [f64], by: f64| values.iter_mut().for_each(|v| *v += by);
+    let smoothed = &mut smoothing.stick_slip.smoothed;
+    raise(&mut smoothed.force, level);
+    raise(
+        &mut smoothed.displacement,
+        level * structure.static_compliance(),
+    );
+    for (q, mode) in smoothed.q.iter_mut().zip(structure.modes()) {
+        raise(q, level * mode.modal_compliance());
+    }
+}

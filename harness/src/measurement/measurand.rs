@@ -1,0 +1,139 @@
+//! What the sensor at the tip measures.
+
+use serde::{Deserialize, Serialize};
+
+use super::Campaign;
+use crate::error::Error;
+
+/// The quantity that a run holds: what its sensor measures at the tip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measurand {
+    /// Displacement w in m: a distance sensor.
+    #[default]
+    Displacement,
+    /// Velocity w' in m/s: a vibrometer.
+    Velocity,
+}
+
+impl Measurand {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "displacement",
+            Measurand::Velocity => "velocity",
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "m",
+            Measurand::Velocity => "m/s",
+        }
+    }
+
+    /// A thousandth of [`Self::unit`], in which motions of a tip are read best.
+    pub fn milli_unit(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "mm",
+            Measurand::Velocity => "mm/s",
+        }
+    }
+
+    /// Its sign in formulas.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "w",
+            Measurand::Velocity => "w'",
+        }
+    }
+
+    /// The key of campaign.toml that names its column.
+    pub fn column_key(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "displacement_column",
+            Measurand::Velocity => "velocity_column",
+        }
+    }
+
+    /// The key of campaign.toml with the factor of its column.
+    pub fn scale_key(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "displacement_scale",
+            Measurand::Velocity => "velocity_scale",
+        }
+    }
+
+    /// The column that it has in a campaign's CSV where campaign.toml names none.
+    pub fn usual_column(self) -> &'static str {
+        match self {
+            Measurand::Displacement => "tip_displacement_m",
+            Measurand::Velocity => "tip_velocity_m_per_s",
+        }
+    }
+}
+
+/// The standard deviation of a sensor's noise, under the key that names its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum NoiseStd {
+    /// Of a displacement.
+    Displacement {
+        /// In m.
+        noise_std_m: f64,
+    },
+    /// Of a velocity.
+    Velocity {
+        /// In m/s.
+        noise_std_m_per_s: f64,
+    },
+}
+
+impl NoiseStd {
+    /// A standard deviation in the measurand's SI unit.
+    pub fn of(measurand: Measurand, std: f64) -> Self {
+        match measurand {
+            Measurand::Displacement => Self::Displacement { noise_std_m: std },
+            Measurand::Velocity => Self::Velocity {
+                noise_std_m_per_s: std,
+            },
+        }
+    }
+
+    /// The number.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Displacement { noise_std_m: std }
+            | Self::Velocity {
+                noise_std_m_per_s: std,
+            } => std,
+        }
+    }
+}
+
+impl Campaign {
+    /// What was measured at the tip, the same in all runs.
+    pub fn measurand(&self) -> Measurand {
+        self.runs
+            .first()
+            .map_or_else(Measurand::default, |run| run.measurand)
+    }
+
+    /// Refuses a campaign of anything but displacements, for `command`, which reads nothing else.
+    ///
+    /// # Errors
+    /// [`Error::NotADisplacement`] with the run.
+    pub fn require_displacement(&self, command: &'static str) -> Result<(), Error> {
+        let measurand = self.measurand();
+        match self.runs.first() {
+            Some(run) if measurand != Measurand::Displacement => Err(Error::NotADisplacement {
+                run: run.name.clone(),
+                found: measurand.name(),
+                unit: measurand.unit(),
+                command,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
