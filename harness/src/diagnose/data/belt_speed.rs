@@ -1,6 +1,6 @@
 //! By how much the stated belt speeds are off: in stick the tip moves with the belt.
 
-use crate::diagnose::data::segment::{smoother_settings, trusted_signal};
+use crate::diagnose::data::smoothing::{smoother_settings, trusted_signal};
 use crate::error::Error;
 use crate::measurement::{Campaign, Measurand, Run};
 use crate::metric::{MAD, measured_stick_velocity, plateau, quantile, stick_velocity};

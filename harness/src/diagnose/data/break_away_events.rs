@@ -1,6 +1,6 @@
 //! The break-aways of a run: the force, the place and the dwell of each.
 
-use crate::diagnose::data::segment::Smoothing;
+use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::Run;
 use crate::observer::PhaseMode;
 

@@ -1,6 +1,6 @@
 //! What the contact does at an instant: stick, break-away, slip, arrival.
 
-use crate::diagnose::data::segment::Smoothing;
+use crate::diagnose::data::smoothing::Smoothing;
 use crate::observer::{Phase, PhaseMode};
 
 /// What the contact does at a sample.

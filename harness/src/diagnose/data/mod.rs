@@ -10,6 +10,8 @@ pub mod place_map;
 pub(crate) mod place_prediction;
 pub mod segment;
 pub mod slip_samples;
+pub mod smooth_run;
+pub mod smoothing;
 pub mod usable_run;
 pub mod velocity_level;
 pub mod white_noise;

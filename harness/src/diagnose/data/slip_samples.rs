@@ -1,6 +1,6 @@
 //! Samples of the smoothed motion in slip.
 
-use crate::diagnose::data::segment::Smoothing;
+use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::Run;
 use crate::observer::PhaseMode;
 

@@ -4,8 +4,8 @@
 //! the deflection. The smoother finds both up to a level. Here the level is set by the friction that the FMU's start values
 //! expect: a belief like that of the friction constants, which the fit then starts from.
 
-use crate::diagnose::data::segment::Smoothing;
 use crate::diagnose::data::slip_samples::slip_of_run;
+use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::{Measurand, Run};
 use crate::metric::median;
 use crate::observer::Structure;

@@ -1,6 +1,6 @@
 //! Between which displacements the tip moves in each run.
 
-use crate::diagnose::data::segment::smooth_run;
+use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::friction_prior::StartFriction;
 use crate::error::Error;

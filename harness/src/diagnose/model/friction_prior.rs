@@ -7,8 +7,8 @@
 //! and sliding speed are, with wide spreads.
 
 use crate::diagnose::data::break_away_events::line;
-use crate::diagnose::data::segment::Smoothing;
 use crate::diagnose::data::slip_samples::slip_of_run;
+use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;

@@ -1,6 +1,7 @@
 //! A run kept out, of which the first part has been learned, and its motion from there.
 
-use crate::diagnose::data::segment::{Segment, cut, smooth_run};
+use crate::diagnose::data::segment::{Segment, cut};
+use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::fitter::Fitter;
