@@ -154,8 +154,8 @@ mod tests {
         let needs = binaries.needs().unwrap();
         assert!(needs[0].starts_with(PLATFORM), "{needs:?}");
         if elf::is_elf(&whole) {
-            // 22 MB with line tables, 3.4 MB without.
-            assert!(packed.len() * 3 < whole.len(), "{}", packed.len());
+            // 22 MB with line tables and 6 MB with names alone, if the build made them; 3.9 MB without.
+            assert!(packed.len() < whole.len(), "{}", packed.len());
             assert!(packed.len() < 4_500_000, "{}", packed.len());
             assert_eq!(elf::glibc(packed), elf::glibc(&whole));
             let again = elf::stripped(packed).unwrap();
