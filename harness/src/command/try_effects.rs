@@ -6,8 +6,10 @@ use clap::Args;
 
 use super::diagnose::{report, terminal, written_json};
 use super::given_campaign::{self, Forced};
+use super::pack::widened::with_effects;
 use super::progress::Progress;
 use crate::diagnose::model::acting::leave_out;
+use crate::diagnose::model::library::{self, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::climb;
@@ -24,7 +26,7 @@ pub struct Arguments {
     /// Folder with campaign.toml and the CSV files, or the path of campaign.toml
     #[arg(value_name = "CAMPAIGN")]
     campaign: PathBuf,
-    /// Effect to add; give it again for a further one (`stickslip effects` lists them)
+    /// Effect to add; give it again for a further one (`stickslip effects` and `effects --library` list them)
     #[arg(long = "add", value_name = "ID", required = true)]
     add: Vec<String>,
     /// FMU to try [default: this repository's StickSlipBeam, packed on the spot]
@@ -88,7 +90,11 @@ fn leave_out_blind(problem: &mut Problem, effects: &[usize]) -> Result<(), Error
 pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Error> {
     let campaign = given_campaign::load(&arguments.campaign, arguments.forced)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
-    let mut problem = Problem::new(&fmu, &campaign)?;
+    let widened = match arguments.add.iter().any(|id| is_library_effect(id)) {
+        true => with_effects(&fmu, &library::FILES)?,
+        false => None,
+    };
+    let mut problem = Problem::new(widened.as_ref().unwrap_or(&fmu), &campaign)?;
     let mut effects = Vec::new();
     for id in &arguments.add {
         let index = super::effects::find(&problem.catalogue, id, fmu.path())?;

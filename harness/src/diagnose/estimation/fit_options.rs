@@ -37,6 +37,8 @@ pub struct FitOptions {
     pub robust: bool,
     /// Whether the parameters of the reference model that all runs share move at all.
     pub reference: bool,
+    /// Whether the noise that is allowed for falls in the course of the fit ([`super::graduation`]).
+    pub graduated: bool,
 }
 
 impl FitOptions {
@@ -55,6 +57,7 @@ impl FitOptions {
             belief: 1.0,
             robust: true,
             reference: true,
+            graduated: false,
         }
     }
 }

@@ -69,6 +69,8 @@ pub struct Fitter<'a, 'b> {
     pub(crate) lost_at: Vec<f64>,
     /// Side to which differences are taken, 1 or -1.
     pub(crate) side: f64,
+    /// How many times more than the sensor's noise a search allows for ([`super::graduation`]).
+    pub(crate) allowance: f64,
     /// Is told after each iteration where the fit stands.
     pub(crate) listener: Option<&'b dyn Listener>,
 }
@@ -112,6 +114,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             buffer: Vec::new(),
             lost_at: vec![f64::INFINITY; data.segments.len()],
             side: 1.0,
+            allowance: 1.0,
             listener: None,
         }
     }
@@ -192,7 +195,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             return self.likelihood(k).loss(sum);
         }
         let n = self.count(k);
-        let noise = self.data.noise[self.data.segments[k].run];
+        let noise = self.allowance * self.data.noise[self.data.segments[k].run];
         let limit = SURE * noise * noise;
         if sum <= n * limit {
             0.5 * sum / (noise * noise)
@@ -206,7 +209,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
         if !self.options.robust {
             return self.likelihood(k).weight(sum);
         }
-        let noise = self.data.noise[self.data.segments[k].run];
+        let noise = self.allowance * self.data.noise[self.data.segments[k].run];
         SURE / (SURE * noise * noise).max(sum / self.count(k))
     }
 
@@ -343,7 +346,10 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// How many of so many segments count.
     pub(crate) fn kept_count(&self, segments: usize) -> usize {
-        let left_out = if self.options.robust { TRIMMED } else { 0.0 };
+        let left_out = match self.options.robust && self.allowance == 1.0 {
+            true => TRIMMED,
+            false => 0.0,
+        };
         (segments as f64 * (1.0 - left_out)).ceil() as usize
     }
 

@@ -39,6 +39,7 @@ impl Fitter<'_, '_> {
     pub fn run(&mut self, start: Point) -> Fit {
         self.data.work.fit();
         let mut here = self.evaluate(start);
+        let graduation = self.graduation(&here);
         let noise_alone: f64 = (0..here.sums.len()).map(|k| 0.5 * self.count(k)).sum();
         let (first_damping, tolerance) = if here.merit
             < NEAR * self.kept_count(here.sums.len()) as f64 / here.sums.len().max(1) as f64
@@ -58,6 +59,7 @@ impl Fitter<'_, '_> {
             if self.options.reinitialise && RESTARTS.contains(&iteration) {
                 self.reinitialise(&mut here);
             }
+            self.allow(graduation.at(iteration), &mut here);
             let before = here.merit;
             let mut linear = self.linearise_all(&here);
             if self.options.parameters {
@@ -85,6 +87,9 @@ impl Fitter<'_, '_> {
             if !self.goes_on(&here) {
                 break;
             }
+            if self.allowance > 1.0 {
+                continue;
+            }
             if before - here.merit < enough(before) {
                 strikes += 1;
                 if strikes == self.options.patience {
@@ -97,6 +102,7 @@ impl Fitter<'_, '_> {
                 strikes = 0;
             }
         }
+        self.allow(1.0, &mut here);
         let information = differentiated
             .as_ref()
             .map(|(there, linear)| Information::at(self, there, linear));

@@ -3,6 +3,7 @@
 pub mod fit;
 pub mod fit_options;
 pub mod fitter;
+pub(crate) mod graduation;
 mod information;
 pub mod initial_states;
 pub mod levenberg_marquardt;

@@ -3,7 +3,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::effect_card::EffectCard;
-use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, output_of};
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, output_of, structure};
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::point::Point;
@@ -14,6 +14,7 @@ use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::error::Error;
 use crate::measurement::Measurand;
 use crate::metric::median;
+use crate::observer::Mode;
 use crate::parallel::parallel;
 
 /// Value given to each number of a curve or profile for the test, in its own unit: a tenth, as such numbers are shares or units of
@@ -23,12 +24,21 @@ const OF_A_CURVE: f64 = 0.1;
 /// can show.
 const CHANGE: f64 = 1e-2;
 
+/// The effect that only shifts where a structure with springs rests, as the offset of its sensor does.
+const SHIFTS_ALONE: &str = "term_constant_force";
+
 /// Tells the problem which effects can act, and says in a remark which can't for want of a sensor of displacements.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub fn leave_out(problem: &mut Problem) -> Result<(), Error> {
     problem.acts = acting(problem)?;
+    let structure = structure(problem.fmu, &problem.campaign.beam)?;
+    if !structure.modes().iter().any(Mode::is_free) {
+        for (acts, card) in problem.acts.iter_mut().zip(&problem.catalogue) {
+            *acts &= card.id != SHIFTS_ALONE;
+        }
+    }
     if problem.campaign.measurand() == Measurand::Displacement {
         return Ok(());
     }

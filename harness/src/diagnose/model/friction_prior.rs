@@ -3,16 +3,20 @@
 //! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, friction and
 //! sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
 //! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`] in the median, or
-//! in a straight line through their ratio carried on to rest, the start values are the prior; else the observed coefficient
-//! and sliding speed are, with wide spreads.
+//! in a straight line through their ratio carried on to rest, the start values are the prior; else a law fitted to the observed
+//! coefficient is, with wide spreads.
 
 use crate::diagnose::data::break_away_events::line;
-use crate::diagnose::data::slip_samples::slip_of_run;
+use crate::diagnose::data::slip_samples::{SlipSample, slip_of_run};
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;
 use crate::metric::median;
+use crate::observer::{
+    Bin, BinSettings, Contact, FrictionLaw, LawPoints, NormalForce, fit_laws,
+    friction_characteristic,
+};
 
 /// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
 const FOREIGN: f64 = 0.25;
@@ -126,15 +130,84 @@ impl FrictionPrior {
             return as_made;
         }
         let typical_speed = median(&mut speeds);
-        let level = |r: f64| if r > 0.0 { r / ratio } else { 1.0 };
+        let scaled = || {
+            let fall = Fall {
+                mu_0: mu_0 * ratio,
+                a1,
+                v1: v1.min(typical_speed),
+            };
+            (fall, of_runs.iter().map(|r| r / ratio).collect())
+        };
+        let (fall, levels): (Fall, Vec<f64>) = observed(runs, smoothings).unwrap_or_else(scaled);
+        let level = |r: f64| if r > 0.0 { r } else { 1.0 };
         Self {
-            mu_0: (mu_0 * ratio, 0.3),
-            v1: (v1.min(typical_speed), 1.0),
-            c2: (c2, 0.4),
-            a1: (a1, 0.3),
+            mu_0: (fall.mu_0, 0.3),
+            v1: (fall.v1, 1.0),
+            c2: (c2, 1.0),
+            a1: (fall.a1, 0.3),
             a2: (a2, A2_STD),
-            levels: of_runs.iter().map(|&r| (level(r), 0.3)).collect(),
+            levels: levels.into_iter().map(|r| (level(r), 0.3)).collect(),
             foreign: Some(ratio),
         }
     }
+}
+
+/// How friction falls from rest to sliding: `mu_0 [1 - a1 + a1 exp(-v/v1)]`.
+struct Fall {
+    mu_0: f64,
+    a1: f64,
+    v1: f64,
+}
+
+/// The fall of the law that describes the observed coefficient best, and the level of each run beside that law; what rises with
+/// the speed is left to effects. `None` where slip is too short or too even to tell.
+fn observed(runs: &[Run], smoothings: &[Smoothing]) -> Option<(Fall, Vec<f64>)> {
+    let mut bins: Vec<Bin> = Vec::new();
+    for (run, smoothing) in runs.iter().zip(smoothings) {
+        if run.normal_force == 0.0 {
+            continue;
+        }
+        let contact = Contact {
+            relative_velocity: &smoothing.stick_slip.relative_velocity,
+            force: &smoothing.stick_slip.smoothed.force,
+            normal_force: NormalForce::Constant(run.normal_force),
+            phases: &smoothing.stick_slip.phases,
+        };
+        // A run without slip has nothing to tell.
+        let of_run = friction_characteristic(&contact, &BinSettings::default());
+        bins.extend(of_run.unwrap_or_default());
+    }
+    let speeds = || bins.iter().map(|b| b.relative_velocity.abs());
+    let slowest = speeds().fold(f64::INFINITY, f64::min);
+    let fastest = speeds().fold(0.0, f64::max);
+    let fits = fit_laws(&LawPoints::from_bins(&bins, None)).ok()?;
+    let is_table = |law: &FrictionLaw| matches!(law, FrictionLaw::Table { .. });
+    let law = fits.into_iter().map(|fit| fit.law).find(|l| !is_table(l))?;
+    let (mu_0, kinetic, v1) = match &law {
+        FrictionLaw::Stelter { mu_0, a1, v1, .. } => (*mu_0, (1.0 - a1) * mu_0, *v1),
+        FrictionLaw::Stribeck {
+            mu_s,
+            mu_k,
+            stribeck_velocity,
+            ..
+        } => (*mu_s, *mu_k, *stribeck_velocity),
+        FrictionLaw::Coulomb { mu_k, .. } => (*mu_k, *mu_k, slowest),
+        FrictionLaw::Table { .. } => return None,
+    };
+    if !((slowest..=fastest).contains(&v1) && kinetic > 0.0 && mu_0.is_finite()) {
+        return None;
+    }
+    let fall = Fall {
+        mu_0: mu_0.max(kinetic),
+        a1: (1.0 - kinetic / mu_0).max(0.0),
+        v1,
+    };
+    let level = |(run, smoothing): (&Run, &Smoothing)| {
+        let slip = slip_of_run(run, smoothing);
+        let ratio =
+            |s: &SlipSample| s.force.abs() / (run.normal_force * law.mu(s.relative_velocity.abs()));
+        let mut ratios: Vec<f64> = slip.iter().map(ratio).filter(|r| r.is_finite()).collect();
+        median(&mut ratios)
+    };
+    Some((fall, runs.iter().zip(smoothings).map(level).collect()))
 }

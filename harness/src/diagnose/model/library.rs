@@ -7,10 +7,11 @@
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 31] = [
+pub const FILES: [&str; 32] = [
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
+    include_str!("library/constant_force.toml"),
     include_str!("library/contact_resonance.toml"),
     include_str!("library/coupled_mode.toml"),
     include_str!("library/cubic_damping.toml"),

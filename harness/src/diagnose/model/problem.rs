@@ -34,8 +34,10 @@ pub const HORIZON: f64 = 0.02;
 const MOST_SEGMENTS: usize = 40;
 
 /// The same of a run with measured inputs: each of their samples ends a step of the integrator, so that a segment costs some twenty
-/// times as much.
+/// times as much; ...
 const MOST_DRIVEN_SEGMENTS: usize = 12;
+/// ... or more where a campaign has few runs, up to so many in all: what happens once in a run must be met.
+const ENOUGH_DRIVEN_SEGMENTS: usize = 48;
 
 /// Neighbouring segments that are taken together where not all are.
 const GROUP: usize = 4;
@@ -187,7 +189,8 @@ impl<'a> Problem<'a> {
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
             let of_run = cut(index, run, smoothing, horizon);
             let most = match run.inputs.series().next() {
-                Some(_) => MOST_DRIVEN_SEGMENTS,
+                Some(_) => (ENOUGH_DRIVEN_SEGMENTS / campaign.runs.len())
+                    .clamp(MOST_DRIVEN_SEGMENTS, MOST_SEGMENTS),
                 None => MOST_SEGMENTS,
             };
             segments.extend(thin(of_run, smoothing, most, GROUP));

@@ -3,6 +3,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
+use crate::diagnose::estimation::graduation::SHARE;
 use crate::diagnose::estimation::nesting::{narrowed, widen};
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::baseline;
@@ -305,7 +306,18 @@ impl<'a> Screen<'a> {
 
     fn further_by(&self, old: &FittedModel, options: FitOptions) -> Result<FittedModel, Error> {
         let start = old.fitted.fit.point.clone();
-        let further = self.continued(&old.choices, start, options)?;
+        let mut further = self.continued(&old.choices, start, options)?;
+        if gives_up(&further) {
+            let graduated = FitOptions {
+                graduated: true,
+                ..refitting(POLISH)
+            };
+            let start = further.fitted.fit.point.clone();
+            let again = self.continued(&old.choices, start, graduated)?;
+            if again.fitted.fit.misfit < further.fitted.fit.misfit {
+                further = again;
+            }
+        }
         let Some(start) = without_loss(self.problem, &further, &self.segments)? else {
             return Ok(further);
         };
@@ -398,6 +410,12 @@ impl<'a> Screen<'a> {
         let fitted = multistart::settled(self.problem, h, &self.segments, start, options)?;
         self.model(choices.to_vec(), fitted)
     }
+}
+
+/// Whether a model meets most segments and has given others up, which may be due to the way to where it stands.
+fn gives_up(model: &FittedModel) -> bool {
+    let middle = model.fit.quantile(0.5);
+    middle < NEAR_THE_NOISE && model.fit.quantile(SHARE) > NEAR_THE_NOISE * middle
 }
 
 /// The options of a fit that goes on from where another ended.

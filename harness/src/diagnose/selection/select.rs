@@ -328,6 +328,7 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
             .collect();
         let mut forms = screen.compete(&jobs, base, THOROUGH, &Silent(watch))?;
         screen.polish(&mut forms, &Silent(watch))?;
+        screen.finish(&mut forms, &Silent(watch))?;
         if path.is_empty() {
             calibrated = screen.recalibrate(calibrated, &forms)?;
         }
