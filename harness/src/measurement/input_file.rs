@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::table::Table;
 use super::unit::{Name, Quantity};
-use super::{InputSeries, InputTrack, Interpolation, Sampling};
+use super::{InputSeries, InputTrack, Interpolation, REFINEMENT, Sampling};
 use crate::error::Error;
 use crate::wording::nearest;
 
@@ -104,6 +104,7 @@ pub fn read_inputs(
             column: full,
             values,
             interpolation: chosen,
+            refinement: REFINEMENT,
         };
         tracks.push((name, InputTrack::of(&series, &time, least)));
     }

@@ -41,9 +41,9 @@ impl Interpolation {
 
 /// Scatter of the intervals, as a share, up to which sampling counts as even.
 const EVEN: f64 = 0.01;
-/// Points of a band-limited input for each sample; between them it is a straight line, which leaves
+/// Points of a band-limited input for each sample, where no fewer are known to do; between them it is a straight line, which leaves
 /// `(pi f h/8)^2 / 3` of a sine of frequency f (Hz) sampled each h (s): 1.3 % at half the sample rate, 0.05 % at a tenth.
-const REFINEMENT: usize = 8;
+pub const REFINEMENT: usize = 8;
 
 /// Samples beyond a part of a series on which what lies between its own depends.
 const REACH: usize = HALF_WIDTH + 1;
@@ -62,6 +62,8 @@ pub struct InputSeries {
     pub values: Vec<f64>,
     /// What it does between them.
     pub interpolation: Interpolation,
+    /// Points for each sample, where it is band-limited.
+    pub refinement: usize,
 }
 
 /// The inputs of a run; those without a series are constant.
@@ -138,9 +140,9 @@ impl InputTrack {
     pub fn of(series: &InputSeries, time: &[f64], least: f64) -> Self {
         let (knots, values) = match series.interpolation {
             Interpolation::BandLimited => {
-                let values = refine(&series.values, REFINEMENT);
+                let values = refine(&series.values, series.refinement);
                 let last = time.len() - 1;
-                let step = (time[last] - time[0]) / (last * REFINEMENT) as f64;
+                let step = (time[last] - time[0]) / (last * series.refinement) as f64;
                 let knots = (0..values.len()).map(|i| time[0] + i as f64 * step);
                 (knots.collect(), values)
             }
@@ -161,6 +163,7 @@ impl InputTrack {
             column: String::new(),
             values: series.values[from..past].to_vec(),
             interpolation: series.interpolation,
+            refinement: series.refinement,
         };
         let since: Vec<f64> = time[from..past].iter().map(|t| t - time[0]).collect();
         Self::of(&part, &since, least)
@@ -199,6 +202,7 @@ mod tests {
             column: "u".into(),
             values: vec![1.0, 3.0, -2.0],
             interpolation,
+            refinement: REFINEMENT,
         };
         InputTrack::of(&series, &[0.0, 1.0, 2.0], f64::NEG_INFINITY)
     }
@@ -229,6 +233,7 @@ mod tests {
             column: "u".into(),
             values: (0..300).map(wave).collect(),
             interpolation: Interpolation::BandLimited,
+            refinement: REFINEMENT,
         };
         let time: Vec<f64> = (0..300).map(|k| 5.0 + 0.25 * k as f64).collect();
         let since: Vec<f64> = time.iter().map(|t| t - 5.0).collect();
@@ -252,6 +257,7 @@ mod tests {
             column: "load".into(),
             values: vec![5.0, 5.0, 0.0, 0.0, 0.0, 5.0, 5.0],
             interpolation: Interpolation::BandLimited,
+            refinement: REFINEMENT,
         };
         let time: Vec<f64> = (0..7).map(f64::from).collect();
         let least = |least: f64| {

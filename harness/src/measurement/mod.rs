@@ -39,7 +39,7 @@ use std::path::{Path, PathBuf};
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use input_file::read_inputs;
-pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation};
+pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
 pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
@@ -355,6 +355,7 @@ fn input_signals(
             column,
             values,
             interpolation,
+            refinement: REFINEMENT,
         })
     });
     let [belt_velocity, normal_force, mut external_force] = series;

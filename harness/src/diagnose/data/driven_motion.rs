@@ -1,7 +1,8 @@
 //! What measured inputs do by themselves: how far the belt has run, and the motion that an external force alone makes of a
 //! structure without friction.
 
-use crate::measurement::{InputSeries, InputTrack, Run};
+use crate::diagnose::data::break_away_events::line;
+use crate::measurement::{InputSeries, InputTrack, Interpolation, Measurand, REFINEMENT, Run};
 use crate::observer::{ForceModel, Structure};
 use nalgebra::{DMatrix, DVector};
 
@@ -132,11 +133,67 @@ pub fn driven_motion(
     Some([q, q_dot])
 }
 
+/// Share of the noise up to which a motion may differ: its square adds a hundredth to what noise leaves.
+const UNSEEN: f64 = 0.1;
+
+/// Takes as few points for each sample of a band-limited external force as show in no motion over a `horizon` in s: with them, the
+/// force by itself makes the structure move as with all, within a share [`UNSEEN`] of the run's `noise`. Every point ends a step
+/// of the integrator, and a mass follows nothing that is fast.
+pub fn coarsen(structure: &Structure, run: &mut Run, horizon: f64, noise: f64) {
+    let is_fine = |s: &InputSeries| s.interpolation == Interpolation::BandLimited;
+    if !run.inputs.external_force.as_ref().is_some_and(is_fine) {
+        return;
+    }
+    let interval = run.sample_interval();
+    let window = ((horizon / interval) as usize).max(2);
+    let mut with = |points: usize| -> Vec<f64> {
+        if let Some(series) = &mut run.inputs.external_force {
+            series.refinement = points;
+        }
+        let motion = driven_motion(structure, run, interval, run.time.len());
+        let [q, q_dot] = motion.expect("a force acts");
+        let seen = match run.measurand {
+            Measurand::Displacement => q,
+            Measurand::Velocity => q_dot,
+        };
+        let modes = structure.modes().iter().zip(&seen);
+        let sample = |k: usize| modes.clone().map(|(mode, q)| mode.tip_value * q[k]).sum();
+        (0..run.time.len()).map(sample).collect()
+    };
+    let all = with(REFINEMENT);
+    for points in [1, 2, 4] {
+        let coarse = with(points);
+        let differences: Vec<f64> = all.iter().zip(&coarse).map(|(a, b)| a - b).collect();
+        let unseen = differences
+            .chunks(window)
+            .all(|part| beside_a_line(part) <= UNSEEN * noise);
+        if unseen {
+            return;
+        }
+    }
+    with(REFINEMENT);
+}
+
+/// Root mean square of what even samples have beside a straight line, which another start of the motion makes.
+fn beside_a_line(samples: &[f64]) -> f64 {
+    let points: Vec<(f64, f64)> = samples
+        .iter()
+        .enumerate()
+        .map(|(k, y)| (k as f64, *y))
+        .collect();
+    let (intercept, slope) = line(&points);
+    let squares = points
+        .iter()
+        .map(|(x, y)| (y - intercept - slope * x).powi(2));
+    (squares.sum::<f64>() / samples.len() as f64).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::{InputSignals, Interpolation, Measurand, Noise, Sampling};
+    use crate::measurement::{InputSignals, Noise, Sampling};
     use crate::observer::Mode;
+    use std::f64::consts::PI;
 
     /// A run pushed by `force`, sampled every ms.
     fn pushed(force: impl Fn(f64) -> f64, belt: Option<fn(f64) -> f64>) -> Run {
@@ -145,6 +202,7 @@ mod tests {
             column: "input".into(),
             values: time.iter().map(|t| of(t - 2.0)).collect(),
             interpolation: Interpolation::Linear,
+            refinement: REFINEMENT,
         };
         Run {
             name: "pushed".into(),
@@ -210,6 +268,21 @@ mod tests {
         let mut plain = run;
         plain.inputs = InputSignals::default();
         assert!(driven_motion(&both, &plain, 1e-3, 1001).is_none());
+    }
+
+    #[test]
+    fn a_mass_needs_fewer_points_than_what_swings_fast() {
+        let wave = |t: f64| (2.0 * PI * 180.0 * t).sin();
+        let points = |modes: &[(f64, f64, f64, f64)], noise: f64| {
+            let mut run = pushed(wave, None);
+            run.inputs.external_force.as_mut().unwrap().interpolation = Interpolation::BandLimited;
+            coarsen(&structure(modes), &mut run, 0.1, noise);
+            run.inputs.external_force.unwrap().refinement
+        };
+        // The force moves 1 kg by 1/(2 pi 180)^2 m = 0.8 um, at resonance with 1 % of damping by 40 um.
+        assert_eq!(points(&[(0.0, 0.0, 1.0, 1.0)], 1e-6), 1);
+        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 1e-6), 4);
+        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 1e-9), REFINEMENT);
     }
 
     #[test]

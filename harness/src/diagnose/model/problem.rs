@@ -3,6 +3,7 @@
 use crate::diagnose::data::belt_speed::{BeltScale, belt_scale};
 use crate::diagnose::data::break_away::{BreakAways, place_is_told, predict};
 use crate::diagnose::data::break_away_events::{Event, events};
+use crate::diagnose::data::driven_motion::coarsen;
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::data::place_map::PlaceMap;
 use crate::diagnose::data::segment::{Segment, cut, thin};
@@ -34,10 +35,8 @@ pub const HORIZON: f64 = 0.02;
 const MOST_SEGMENTS: usize = 40;
 
 /// The same of a run with measured inputs: each of their samples ends a step of the integrator, so that a segment costs some twenty
-/// times as much; ...
+/// times as much.
 const MOST_DRIVEN_SEGMENTS: usize = 12;
-/// ... or more where a campaign has few runs, up to so many in all: what happens once in a run must be met.
-const ENOUGH_DRIVEN_SEGMENTS: usize = 48;
 
 /// Neighbouring segments that are taken together where not all are.
 const GROUP: usize = 4;
@@ -185,12 +184,16 @@ impl<'a> Problem<'a> {
         let smooth = |run: &Run| smooth_run(run, &structure, &|v| expected.at(v));
         let smoothings = parallel(&campaign.runs, smooth)?;
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
+        let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
+        let noise = of_one_sensor(&estimates);
+        for (run, noise) in campaign.runs.iter_mut().zip(&noise) {
+            coarsen(&structure, run, horizon, *noise);
+        }
         let mut segments = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
             let of_run = cut(index, run, smoothing, horizon);
             let most = match run.inputs.series().next() {
-                Some(_) => (ENOUGH_DRIVEN_SEGMENTS / campaign.runs.len())
-                    .clamp(MOST_DRIVEN_SEGMENTS, MOST_SEGMENTS),
+                Some(_) => MOST_DRIVEN_SEGMENTS,
                 None => MOST_SEGMENTS,
             };
             segments.extend(thin(of_run, smoothing, most, GROUP));
@@ -230,8 +233,6 @@ impl<'a> Problem<'a> {
                 }
             })
             .collect();
-        let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
-        let noise = of_one_sensor(&estimates);
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
         let catalogue = candidates(fmu)?;
         let problem = Self {

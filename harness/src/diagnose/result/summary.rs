@@ -3,6 +3,8 @@
 use crate::diagnose::data::break_away::BreakAways;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
+use crate::diagnose::model::effect_card::EffectCard;
+use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::select::{Beyond, Selection};
@@ -286,7 +288,10 @@ pub(crate) fn words(
         Verdict::UnknownEffect => {
             if let Some(beyond) = &selection.beyond {
                 return match seen.proposed.first().filter(|term| term.fitted) {
-                    Some(term) => beyond_words(beyond, term, calibrated, last),
+                    Some(term) => {
+                        let parts = Parts::of(problem, selection);
+                        beyond_words(beyond, &parts, term, calibrated, last)
+                    }
                     None => curve_words(calibrated, last),
                 };
             }
@@ -357,24 +362,65 @@ fn curve_words(calibrated: &Rung, last: &Rung) -> String {
     )
 }
 
+/// The effects of a hypothesis that reaches beyond the catalogue, each with its title.
+struct Parts {
+    /// Those of the catalogue.
+    named: Vec<String>,
+    /// That of the library, empty for a formula that stands for a curve.
+    beyond: String,
+}
+
+impl Parts {
+    fn of(problem: &Problem, selection: &Selection) -> Self {
+        let choices = selection.path.last().map_or(&[][..], |m| &m.choices);
+        let cards: Vec<&EffectCard> = choices
+            .iter()
+            .map(|c| &problem.catalogue[c.effect])
+            .collect();
+        let (beyond, named): (Vec<&EffectCard>, Vec<&EffectCard>) = cards
+            .into_iter()
+            .partition(|card| is_library_effect(&card.id));
+        let titled = |card: &&EffectCard| format!("{} ({})", card.id, card.title);
+        let is_formula = |card: &&EffectCard| card.id.starts_with(FORMULA_PREFIX);
+        Self {
+            named: named.iter().map(titled).collect(),
+            beyond: match beyond.iter().find(|card| !is_formula(card)) {
+                Some(card) => format!("{}, ", titled(card)),
+                None => String::new(),
+            },
+        }
+    }
+}
+
 /// That the data ask for a term beyond the catalogue.
-fn beyond_words(beyond: &Beyond, term: &ProposedTerm, calibrated: &Rung, last: &Rung) -> String {
+fn beyond_words(
+    beyond: &Beyond,
+    parts: &Parts,
+    term: &ProposedTerm,
+    calibrated: &Rung,
+    last: &Rung,
+) -> String {
     let values: Vec<String> = term
         .parameters
         .iter()
         .map(|(n, p)| with_interval(n, p))
         .collect();
-    let compared = match &beyond.rival {
-        Some(rival) => format!(
+    let compared = match (&beyond.rival, &parts.named[..]) {
+        (Some(rival), _) => format!(
             "{rival} explains the data too, down to the noise, but a term beyond the catalogue explains them better, by {:.0} in the logarithm of the likelihood with its parameters priced in",
             beyond.gain
         ),
-        None => {
+        (None, []) => {
             "no effect of the catalogue removes the misfit, but one term beyond it does".to_owned()
         }
+        (None, named) => format!(
+            "no effect of the catalogue removes the misfit alone, but {} together with one term beyond it does",
+            named.join(" and ")
+        ),
     };
     format!(
-        "Something outside the catalogue is missing: {compared}: {} = {} with {}. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. It is the simplest of its kind and a lead, not a name: proposed_1.toml is ready for `pack --effect` and `try`.",
+        "Something outside the catalogue is missing: {compared}: {}{} = {} with {}. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. It is the simplest of its kind and a lead, not a name: proposed_1.toml is ready for `pack --effect` and `try`.",
+        parts.beyond,
         term.target,
         term.expression,
         values.join(", "),
