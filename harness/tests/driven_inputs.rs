@@ -184,9 +184,14 @@ fn inputs_that_do_not_fit_are_refused_with_what_to_do() {
     assert!(text.contains("is an input"), "{text}");
 }
 
-/// What `try` says of a campaign in `folder` with an effect added.
-fn tried(folder: &Path, effect: &str) -> Value {
-    let output = stickslip(&["try", ".", "--add", effect, "-o", "tried"], folder);
+/// What `try` says of a campaign in `folder` with effects added.
+fn tried(folder: &Path, effects: &[&str]) -> Value {
+    let added = effects.iter().flat_map(|effect| ["--add", effect]);
+    let arguments: Vec<&str> = ["try", ".", "-o", "tried"]
+        .into_iter()
+        .chain(added)
+        .collect();
+    let output = stickslip(&arguments, folder);
     assert!(output.status.success(), "{}", said(&output));
     let text = std::fs::read_to_string(folder.join("tried/diagnosis.json")).unwrap();
     serde_json::from_str(&text).unwrap()
@@ -244,13 +249,74 @@ fn val_a_shaken_oscillator_shows_its_cubic_stiffness() {
          tip_values = [1.0]\n[[run]]\nfile = \"shaken.csv\"\n{STILL}"
     );
     std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
-    let json = tried(folder.path(), "cubic_stiffness");
+    let json = tried(folder.path(), &["cubic_stiffness"]);
     let step = &json["error_ladder"].as_array().unwrap()[2];
     let left = step["holdout_over_noise"].as_f64().unwrap();
     assert!(left < 1.3, "{step}");
     let found = &json["effects"][0]["parameters"]["coefficient"]["value"];
     let found = found.as_f64().unwrap_or_else(|| panic!("{json}"));
     assert!((found / cubic - 1.0).abs() < 0.01, "{found} N/m^3");
+}
+
+/// A carriage of 95 kg that a servo drive moves along `path`, its force in N held for each ms: viscous friction of 203.5 N s/m, dry
+/// friction of 20.4 N and a constant force of 3.2 N; explicit steps of 20 us. The CSV text, with 2 um of noise.
+fn driven_carriage(path: impl Fn(f64) -> f64, seed: u64) -> String {
+    let (mass, viscous, dry, offset) = (95.0, 203.5, 20.4, 3.2);
+    let h = 2e-5;
+    let (mut x, mut v, mut sticks) = (path(0.0), 0.0, true);
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut csv = String::from("time_s,tip_displacement_m,external_force_n\n");
+    for i in 0..6000 {
+        let t = 1e-3 * f64::from(i);
+        let motor: f64 = 35.0 * (240.0 * (160.0 * (path(t) - x) - v)).clamp(-10.0, 10.0);
+        let measured = x + 2e-6 * noise(&mut random);
+        let _ = writeln!(csv, "{t},{measured},{motor}");
+        for _ in 0..50 {
+            let push = motor + offset;
+            if sticks && push.abs() <= dry {
+                continue;
+            }
+            let way = if sticks { push.signum() } else { v.signum() };
+            let next = v + h * (push - viscous * v - dry * way) / mass;
+            sticks = next * way <= 0.0;
+            let next = if sticks { 0.0 } else { next };
+            x += 0.5 * h * (v + next);
+            v = next;
+        }
+    }
+    csv
+}
+
+// Source: explicit steps of 20 us; the constants are near those published for a servo axis (Janot, Gautier and Brunot 2019,
+// workshop on nonlinear system identification benchmarks).
+#[test]
+fn val_a_servo_axis_shows_its_viscous_friction_and_the_direction_in_which_it_slides_more_easily() {
+    let folder = tempfile::tempdir().unwrap();
+    let tau = std::f64::consts::TAU;
+    let slow = |t: f64| 0.12 * (tau * 0.31 * t).sin() + 0.02 * (tau * 1.3 * t).sin();
+    let fast = |t: f64| 0.09 * (tau * 0.43 * t).sin() + 0.03 * (tau * 0.9 * t).cos();
+    let mut text = String::from(
+        "[beam]\nnatural_frequencies_hz = [0]\ndamping_ratios = [0]\nmass_kg = 95.5\nmass_std_kg = 1\n\
+         tip_values = [1]\n[channels]\nexternal_force_column = \"external_force_n\"\ninput_interpolation = \"held\"\n",
+    );
+    for (name, csv) in [
+        ("slow", driven_carriage(slow, 5)),
+        ("fast", driven_carriage(fast, 6)),
+    ] {
+        std::fs::write(folder.path().join(format!("{name}.csv")), csv).unwrap();
+        let _ = write!(
+            text,
+            "[[run]]\nfile = \"{name}.csv\"\nbelt_velocity_m_per_s = 0\nnormal_force_n = 900\n"
+        );
+    }
+    std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
+    let json = tried(folder.path(), &["viscous_friction", "term_constant_force"]);
+    assert_eq!(json["verdict"], "effect_found", "{}", json["summary"]);
+    let value = |of: &serde_json::Value| of["value"].as_f64().unwrap();
+    let force = value(&json["effects"][1]["parameters"]["f"]);
+    assert!((force / 3.2 - 1.0).abs() < 0.01, "{force} N");
+    let mass = value(&json["calibrated"]["mass"]);
+    assert!((mass / 95.0 - 1.0).abs() < 0.002, "{mass} kg");
 }
 
 #[test]
@@ -312,7 +378,7 @@ fn a_pushed_mass_without_a_spring_is_brought_to_the_noise() {
                 [[run]]\nfile = \"drive.csv\"\nbelt_velocity_m_per_s = 0\nnormal_force_n = 8\n\
                 external_force_column = \"push\"\ninput_interpolation = \"linear\"\n";
     std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
-    let json = tried(folder.path(), "viscous_friction");
+    let json = tried(folder.path(), &["viscous_friction"]);
     let steps = json["error_ladder"].as_array().unwrap();
     let calibrated = steps[1]["holdout_over_noise"].as_f64().unwrap();
     assert!(calibrated < 1.3, "{steps:?}");
