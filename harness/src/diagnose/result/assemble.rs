@@ -465,7 +465,16 @@ fn probability_of(problem: &Problem, selection: &Selection, verdict: Verdict) ->
         (Verdict::UnknownEffect, _) if !selection.explained => 1.0 - of(&|_| true),
         (Verdict::UnknownEffect, _) => of(&|c| is_beyond(problem, &c.choices)),
         (Verdict::NoMissingEffect, _) | (_, None) => of(&|c| c.choices.is_empty()),
-        (_, Some(best)) => of(&|c| c.effects() == best.effects()),
+        // What an effect of the library adds takes nothing away from a name.
+        (_, Some(best)) => of(&|c| {
+            let others = c
+                .choices
+                .iter()
+                .filter(|o| !library::is_library_effect(&problem.catalogue[o.effect].id));
+            let mut named: Vec<usize> = others.map(|o| o.effect).collect();
+            named.sort_unstable();
+            named == best.effects()
+        }),
     }
 }
 

@@ -7,9 +7,10 @@ use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
+use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::{Beyond, Selection};
 use crate::diagnose::selection::ties::others;
-use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
+use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
 
@@ -78,6 +79,19 @@ pub(crate) fn remarks(
             ));
         }
     }
+    if let (Some(named), Some(more)) = (selection.path.last(), small_remainder(selection)) {
+        let cards = more.choices.iter().map(|c| &problem.catalogue[c.effect]);
+        let beyond: Vec<String> = cards
+            .filter(|card| is_library_effect(&card.id))
+            .map(|card| format!("{} ({})", card.id, card.title))
+            .collect();
+        out.push(format!(
+            "Something small is missing beside what is named: {} takes the error on the runs fitted from {:.2} % to {:.2} %; `try --add` adds it.",
+            beyond.join(" and "),
+            100.0 * named.fit.nrmse,
+            100.0 * more.fit.nrmse
+        ));
+    }
     if !selection.explained && !selection.by_hand && problem.is_budget_spent() {
         out.push(
             "The budget of the search was spent before all pairs of effects were tried.".to_owned(),
@@ -87,6 +101,19 @@ pub(crate) fn remarks(
         out.push("Stopped before the end: candidates not listed were not tried.".into());
     }
     out
+}
+
+/// The hypothesis that is more probable than the one named and has all of its effects: what it has more is of the library and small.
+fn small_remainder(selection: &Selection) -> Option<&FittedModel> {
+    let named = selection
+        .path
+        .last()
+        .filter(|_| selection.explained && !selection.by_hand)?;
+    selection.pairs.iter().find(|pair| {
+        pair.log_posterior > named.log_posterior + CLAIMED.ln()
+            && pair.reaches_floor()
+            && named.choices.iter().all(|c| pair.choices.contains(c))
+    })
 }
 
 /// A value with its 95 % interval, if it has one: `name = value +- half width unit (95 %)`.

@@ -26,7 +26,7 @@ use crate::parallel::parallel;
 const BATCH: usize = 2;
 /// A fit gains at most this many times what was expected of it: twice the most that was seen beside models that leave an effect
 /// out (2.2 to 2.5 times, where the gain was large).
-pub(crate) const MOST_OVER_EXPECTED: f64 = 5.0;
+const MOST_OVER_EXPECTED: f64 = 5.0;
 
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {

@@ -13,13 +13,13 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::{MOST_OVER_EXPECTED, extend};
+use crate::diagnose::selection::extension::extend;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
 use crate::diagnose::stages;
-use crate::diagnose::thresholds::{CLOSE, TIE};
+use crate::diagnose::thresholds::CLOSE;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -35,11 +35,6 @@ const RESTARTED: usize = 3;
 const LIBRARY_BATCH: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
-/// Error of the calibrated model, in units of the noise, up to which a name is compared with all that has none: beyond it a model at
-/// the noise has explained at least three quarters of the squares, which little else does.
-const LITTLE: f64 = 2.0;
-/// Rivals without a name that are fitted then.
-const RIVALS: usize = 6;
 /// What has been found so far.
 pub(crate) struct Exploration<'a> {
     problem: &'a Problem<'a>,
@@ -108,7 +103,6 @@ pub(crate) fn explore<'a>(
     if found.is_adequate() {
         watch.stage(stages::CLOSE);
         found.finish_close()?;
-        found.add_rivals()?;
         watch.stage(stages::EXTENSIONS);
         found.extend_leader()?;
     } else if !problem.place_is_told() {
@@ -220,47 +214,6 @@ impl Exploration<'_> {
         self.calibrated = self
             .screen
             .recalibrate(self.calibrated.clone(), &self.singles)?;
-        Ok(())
-    }
-
-    /// Where the calibrated model leaves little more than the noise, many things may explain the rest: what is named must be more
-    /// probable than effects of the library and unknown functions too. Those of which a score test promises that they could be
-    /// are fitted from where it has them.
-    fn add_rivals(&mut self) -> Result<(), Error> {
-        let (problem, screen) = (self.problem, self.screen);
-        let leaves_little = self.calibrated.fit.quantile(0.5) < LITTLE;
-        if problem.place_is_told() || !leaves_little || self.watch.stop() {
-            return Ok(());
-        }
-        let smaller = log_posterior(problem, &self.calibrated);
-        let adequate = self.singles.iter().filter(|c| c.reaches_floor());
-        let best = adequate
-            .map(|c| log_posterior(problem, c))
-            .fold(smaller, f64::max);
-        if best == smaller {
-            // Nothing is named so far.
-            return Ok(());
-        }
-        let price = log_prior(problem, 0) - log_prior(problem, 1);
-        let jobs: Vec<Vec<Choice>> = library(problem)
-            .into_iter()
-            .chain(unknown(problem))
-            .map(|choice| vec![choice])
-            .collect();
-        let promises = screen.promises(&jobs, &self.calibrated, self.watch)?;
-        let mut rivals: Vec<(Vec<Choice>, Promise)> = jobs
-            .into_iter()
-            .zip(promises)
-            .filter_map(|(choices, promise)| Some((choices, promise?)))
-            .filter(|(_, p)| MOST_OVER_EXPECTED * p.gain - price > best - smaller - TIE)
-            .collect();
-        rivals.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
-        rivals.truncate(RIVALS);
-        let fitted = parallel(&rivals, |(choices, p)| {
-            let there = screen.fitted_from(choices, p.start.clone())?;
-            screen.to_its_end(&there)
-        })?;
-        screen.keep_better(&mut self.singles, fitted);
         Ok(())
     }
 

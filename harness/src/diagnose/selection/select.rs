@@ -30,6 +30,9 @@ const SINGLES_JUDGED: usize = 8;
 /// Pairs that are listed, the best ones.
 const PAIRS_LISTED: usize = 5;
 
+/// Share of the squares that a pair removes which its first effect must remove alone to be named: the usual 95 %.
+const MOST: f64 = 0.95;
+
 /// Why a term beyond the catalogue stands at the end of a path.
 pub struct Beyond {
     /// What explains the data too, but not as well; `None` where nothing else does.
@@ -155,6 +158,18 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
     let mut path = match best {
         Some(0) => Vec::new(),
         Some(i) if i <= singles.len() => vec![singles.remove(i - 1)],
+        Some(i)
+            if explains_most(
+                problem,
+                &calibrated,
+                &singles,
+                &pairs[i - 1 - singles.len()],
+            ) =>
+        {
+            let known = &pairs[i - 1 - singles.len()].choices[..1];
+            let place = singles.iter().position(|s| s.choices == known);
+            vec![singles.remove(place.expect("it explains most"))]
+        }
         Some(i) => {
             let pair = pairs.remove(i - 1 - singles.len());
             let first = singles.iter().position(|s| s.choices[0] == pair.choices[0]);
@@ -208,6 +223,29 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         by_hand: false,
         threshold: -log_prior(problem, 1),
         by_chance: Vec::new(),
+    })
+}
+
+/// Whether the effect of the catalogue that leads a pair is adequate alone and what an effect of the library adds is small: then the
+/// first is named, as every hypothesis that counts has it.
+fn explains_most(
+    problem: &Problem,
+    calibrated: &FittedModel,
+    singles: &[FittedModel],
+    pair: &FittedModel,
+) -> bool {
+    let is_of_library = |c: &Choice| is_library_effect(&problem.catalogue[c.effect].id);
+    let [first, second] = &pair.choices[..] else {
+        return false;
+    };
+    if is_of_library(first) || !is_of_library(second) {
+        return false;
+    }
+    let squares = |model: &FittedModel| model.fit.nrmse.powi(2);
+    let mut alone = singles.iter().filter(|s| s.choices[..] == [first.clone()]);
+    alone.any(|single| {
+        let explained = squares(calibrated) - squares(single);
+        single.reaches_floor() && explained > MOST * (squares(calibrated) - squares(pair))
     })
 }
 
