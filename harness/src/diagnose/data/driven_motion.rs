@@ -279,9 +279,10 @@ mod tests {
             coarsen(&structure(modes), &mut run, 0.1, noise);
             run.inputs.external_force.unwrap().refinement
         };
-        // The force moves 1 kg by 1/(2 pi 180)^2 m = 0.8 um, at resonance with 1 % of damping by 40 um.
+        // The force moves 1 kg by 1/(2 pi 180)^2 m = 0.8 um, at resonance with 1 % of damping by 40 um; with n points it has
+        // (pi 0.18/n)^2/3 less: with 4 points 0.14 um less than with 8, root mean square, with 2 points 0.7 um.
         assert_eq!(points(&[(0.0, 0.0, 1.0, 1.0)], 1e-6), 1);
-        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 1e-6), 4);
+        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 3e-6), 4);
         assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 1e-9), REFINEMENT);
     }
 
