@@ -8,6 +8,7 @@ mod characteristics;
 mod cycle;
 mod integral;
 mod interval;
+mod line;
 mod nrmse;
 mod period;
 mod resample;
@@ -22,6 +23,7 @@ pub use characteristics::{Characteristics, HARMONICS, characteristics, stick_of}
 pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
 pub use integral::integral;
 pub use interval::half_width;
+pub use line::line;
 pub use nrmse::nrmse;
 pub use period::{Period, period};
 pub use resample::{interpolate, resample};

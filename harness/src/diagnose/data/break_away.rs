@@ -11,8 +11,9 @@
 //! reason makes a long stick. The force at the beginning is known before the threshold is met, and a low one makes a long
 //! stick too; ageing shows as a falling line over it. Where the runs pass each place once, place and time can't be told apart.
 
-use crate::diagnose::data::break_away_events::{Event, line};
+use crate::diagnose::data::break_away_events::Event;
 use crate::diagnose::data::place_prediction::Places;
+use crate::metric::line;
 use nalgebra::DVector;
 use serde::Serialize;
 

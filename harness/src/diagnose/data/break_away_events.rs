@@ -2,6 +2,7 @@
 
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::Run;
+use crate::metric::line;
 use crate::observer::PhaseMode;
 
 /// Time in s before a transition in which the smoothed force can't follow, ...
@@ -68,19 +69,4 @@ pub fn events(run: &Run, smoothing: &Smoothing) -> Vec<Event> {
             })
         })
         .collect()
-}
-
-/// Intercept and slope of the line through points.
-pub(crate) fn line(points: &[(f64, f64)]) -> (f64, f64) {
-    let n = points.len() as f64;
-    let (x, y) = points
-        .iter()
-        .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for p in points {
-        xx += (p.0 - x).powi(2);
-        xy += (p.0 - x) * (p.1 - y);
-    }
-    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
-    (y - slope * x, slope)
 }

@@ -1,8 +1,8 @@
 //! What measured inputs do by themselves: how far the belt has run, and the motion that an external force alone makes of a
 //! structure without friction.
 
-use crate::diagnose::data::break_away_events::line;
 use crate::measurement::{InputSeries, InputTrack, Interpolation, Measurand, REFINEMENT, Run};
+use crate::metric::line;
 use crate::observer::{ForceModel, Structure};
 use nalgebra::{DMatrix, DVector};
 

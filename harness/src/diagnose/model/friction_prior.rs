@@ -6,13 +6,12 @@
 //! in a straight line through their ratio carried on to rest, the start values are the prior; else a law fitted to the observed
 //! coefficient is, with wide spreads.
 
-use crate::diagnose::data::break_away_events::line;
 use crate::diagnose::data::slip_samples::{SlipSample, slip_of_run};
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;
-use crate::metric::median;
+use crate::metric::{line, median};
 use crate::observer::{
     Bin, BinSettings, Contact, FrictionLaw, LawPoints, NormalForce, fit_laws,
     friction_characteristic,
