@@ -36,7 +36,7 @@ function say(errors, careful) {
 }
 
 const question = (careful) => ({ client, draft: state.draft, base: state.base, run: state.run, careful, shown: true });
-const predict = latest((found, asked, begun) => {
+const predict = latest((found, asked, begun, newest) => {
   if (asked.run !== state.run) return;
   state.errors = found.errors;
   curves = found.curves;
@@ -44,7 +44,8 @@ const predict = latest((found, asked, begun) => {
   redraw();
   const whole = performance.now() - begun;
   document.body.dataset.latency = whole.toFixed(1);
-  document.body.dataset.settled = String(found.careful);
+  // An answer on its way when the model changed is drawn, but is not the answer to what is on the page now.
+  document.body.dataset.settled = String(found.careful && newest);
   byId('latency').textContent = `${found.careful ? 'starts found' : 'starts estimated'}, ${found.milliseconds.toFixed(0)} ms`;
 }, (error) => { if (error instanceof Gone) trouble(error.message); else warn(error.message); });
 

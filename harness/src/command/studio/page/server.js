@@ -37,7 +37,7 @@ export const board = (since) =>
 
 /**
  * Asks for predictions one at a time: while one is on its way only the newest question waits, so that a slider that moves never
- * fills a queue.
+ * fills a queue. `use` is told whether the answer is to the newest question.
  */
 export function latest(use, fail) {
   let busy = false;
@@ -47,7 +47,7 @@ export function latest(use, fail) {
     const begun = performance.now();
     try {
       const found = await post('api/predict', question);
-      if (found) use(found, question, begun);
+      if (found) use(found, question, begun, next === null);
     } catch (error) { fail(error); }
     busy = false;
     if (next) { const waiting = next; next = null; send(waiting); }
