@@ -44,6 +44,12 @@ enum Step {
         slope: usize,
         derivative: usize,
     },
+    /// Angle of the point (x, y), from `k angle_k`.
+    Angle {
+        y: Operand,
+        x: Operand,
+        rate: usize,
+    },
     /// A constant while the series keeps its sign: the function of its first coefficient.
     Piecewise(usize, fn(Real) -> Real),
     /// The largest whole number below.
@@ -169,6 +175,8 @@ impl SeriesProgram {
                     0 => start(r[argument][0]),
                     _ => chained(&r[derivative], &r[slope], k),
                 },
+                Step::Angle { y, x, .. } if k == 0 => at(y, r).atan2(at(x, r)),
+                Step::Angle { rate, .. } => r[rate][k] / k as f64,
                 Step::Piecewise(u, f) if k == 0 => f(r[u][0]),
                 Step::Floor(u) if k == 0 => r[u][0].floor(),
                 Step::Piecewise(..) | Step::Floor(_) => ZERO,
@@ -253,6 +261,23 @@ impl SeriesProgram {
                     needs(Of(argument));
                     if derivative < i {
                         needs(Of(derivative));
+                    }
+                }
+                Step::Angle { y, x, rate } => {
+                    needs(y);
+                    needs(x);
+                    needs(Of(rate));
+                    // It jumps where y changes its sign left of the origin.
+                    let keeps = |operand: Operand| match operand {
+                        Of(j) => keeps_sign(&registers[j], degree, theta),
+                        Constant(c) => value(c) != 0.0,
+                    };
+                    let is_right = match x {
+                        Of(j) => value(registers[j][0]) > 0.0,
+                        Constant(c) => value(c) > 0.0,
+                    };
+                    if !(keeps(y) || is_right && keeps(x)) {
+                        return false;
                     }
                 }
                 Step::Piecewise(u, _) => {
@@ -381,6 +406,9 @@ mod tests {
             "abs(x - 2) + sign(x - 2)*x",
             "floor(11*x) + x",
             "min(x, 1) + max(x, 1)*x",
+            "atan2(x, 1 + x^2) + atan2(x - 2, x - 5)*x",
+            "atan2(2, x - 0.31) + atan2(x - 5, -a)",
+            "atan2(x - 0.31, 3)",
             "if(x > 0.2, x^2, ln(x - 5))",
             "if(x <= 0.2, sqrt(x - 5), a*x)",
             "(x >= 0.1)*x + (x < 0.1)",
@@ -409,12 +437,13 @@ mod tests {
             "sqrt(0.31 - x)",
             "if(x - 0.31, 1, 2)*x",
             "table(x + 0.09, g)",
+            "atan2(x - 0.31, -1)",
+            "atan2(0.31 - x, x - 0.315)",
         ] {
             assert!(by_series(text, 8, 0.05).is_none(), "{text}");
             assert!(by_series(text, 8, 0.005).is_some(), "{text}");
         }
         // The branch that is not taken does not count.
         assert!(by_series("if(x < 1, x, abs(x - 0.31))", 8, 0.05).is_some());
-        assert!(by_series("atan2(x, 1)", 8, 0.05).is_none(), "no series");
     }
 }

@@ -177,11 +177,27 @@ impl Lowering {
                     };
                     self.push(Step::Piecewise(d, truth))
                 }
-                // The angle of a point needs two derivatives; it is integrated by its values.
+                "atan2" => self.angle(a, b),
                 _ => return None,
             },
             _ => return None,
         })
+    }
+
+    /// The angle of the point (x, y), by `(x^2 + y^2) angle' = x y' - y x'`.
+    fn angle(&mut self, y: Operand, x: Operand) -> Operand {
+        let mut slope = |u| match u {
+            Of(u) => self.push(Step::Slope(u)),
+            Constant(_) => Constant(ZERO),
+        };
+        let (y_slope, x_slope) = (slope(y), slope(x));
+        let mut product = |a, b| self.push(Step::Product(a, b));
+        let (forward, back) = (product(x, y_slope), product(y, x_slope));
+        let (x_square, y_square) = (product(x, x), product(y, y));
+        let turned = self.push(Step::Difference(forward, back));
+        let square = self.place(Step::Sum(x_square, y_square));
+        let rate = self.place(Step::Quotient(turned, square));
+        self.push(Step::Angle { y, x, rate })
     }
 
     fn power(&mut self, base: Operand, exponent: Operand) -> Option<Operand> {
