@@ -67,7 +67,8 @@ def error(page: Page) -> float:
 
 def free_of_errors(page: Page, seen: list):
     page.on("pageerror", lambda failure: seen.append(str(failure)))
-    page.on("console", lambda message: seen.append(message.text) if message.type == "error" else None)
+    said = lambda message: f"{message.text} {message.location['url']}"
+    page.on("console", lambda message: seen.append(said(message)) if message.type == "error" else None)
 
 
 def picture(page: Page, name: str):
@@ -189,7 +190,7 @@ def main():
         page.locator("#ladder tbody tr").nth(1).get_by_role("button").first.click()
         page.get_by_role("button", name="as given", exact=True).click()
         settled(page)
-        page.evaluate("window.fetch = window.atOnce")
+        page.evaluate("window.fetch = window.atOnce; null")
         assert abs(error(page) - given) < 1e-3 * given, f"{error(page)} % restored, {given} % then"
         expect(page.locator("#effect-belt_periodic_friction")).not_to_be_checked()
         page.locator("input[name=side-A]").nth(0).check()
