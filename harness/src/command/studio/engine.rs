@@ -300,6 +300,7 @@ fn answer(
     }
     let base = base_of(bench, bases, ask.base)?;
     let begun = Instant::now();
+    let before = on_the_page(desk);
     let predicted = match ask.careful {
         true => careful(problem, &ask.draft, Some(base.starts()), superseded)?,
         false => quick(problem, &ask.draft, &base, superseded)?,
@@ -309,7 +310,7 @@ fn answer(
     };
     let curves = curves(problem, &predicted, ask.run)?;
     if ask.shown {
-        remember(desk, ask)?;
+        remember(desk, ask, &before)?;
     }
     let answer = Answer {
         errors: &predicted.errors,
@@ -322,15 +323,19 @@ fn answer(
     Ok(Some(text))
 }
 
-/// Notes the model on the page; writes it once a slider rests.
-fn remember(desk: &Desk, ask: &Ask) -> Result<(), Error> {
-    let same = desk.read(|board| {
-        board
-            .ladder
-            .as_ref()
-            .is_some_and(|l| l.draft == ask.draft && l.base == ask.base)
-    });
-    if same && !ask.careful {
+/// The model on the page and the rung that it starts from.
+fn on_the_page(desk: &Desk) -> Option<(Draft, u64)> {
+    desk.read(|board| board.ladder.as_ref().map(|l| (l.draft.clone(), l.base)))
+}
+
+/// Notes the model on the page; writes it once a slider rests. A model that came onto the page while this one was predicted, that of
+/// a fit that has ended, stays.
+fn remember(desk: &Desk, ask: &Ask, before: &Option<(Draft, u64)>) -> Result<(), Error> {
+    let now = on_the_page(desk);
+    let same = now
+        .as_ref()
+        .is_some_and(|(draft, base)| *draft == ask.draft && *base == ask.base);
+    if now != *before && !same || same && !ask.careful {
         return Ok(());
     }
     if !same {

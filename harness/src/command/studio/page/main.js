@@ -184,7 +184,9 @@ async function follow(next) {
   if (next.is_open && state.draft) {
     if (next.progress?.draft) {
       adopt(next.progress.draft, state.base);
-      ask(false);
+      document.body.dataset.settled = 'false';
+      // What passes by is not what the page holds.
+      predict({ ...question(false), shown: false });
     } else if (ended && moved) {
       adopt(next.draft, next.base);
       ask(true);
