@@ -35,7 +35,7 @@ from pathlib import Path
 import numpy as np
 
 from simulate import (
-    EFFECTS, EXTRA, FURTHER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start)
+    EFFECTS, EXTRA, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start)
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
@@ -143,6 +143,7 @@ def draw_effect(rng, name, f1):
         "outside:speed_memory": lambda: {"gain": sign(rng) * lu(0.1, 1.0), "time_constant": lu(0.005, 0.1)},
         "outside:frequency_by_amplitude": lambda: {"change": sign(rng) * lu(0.003, 0.03), "time_constant": lu(0.01, 0.2)},
         "outside:absorber": lambda: {"mass": lu(5e-4, 5e-3), "frequency": lu(100, 400), "damping_ratio": lu(0.01, 0.1)},
+        "outside:friction_by_load": lambda: {"exponent": lu(0.05, 0.35), "force": 80.0},
     }[name]()
 
 
@@ -435,7 +436,7 @@ def kind_of(kind, names):
         return "outside-new-physics"
     if any(name in FURTHER_PHYSICS for name in names):
         return "outside-further-physics"
-    if any(name in OUTSIDE for name in names):
+    if any(name in OUTSIDE or name in LATER_PHYSICS for name in names):
         return "outside"
     return ["none", "single", "pair"][len(names)]
 

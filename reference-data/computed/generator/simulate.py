@@ -31,6 +31,9 @@ Physics that was written when the diagnosis was finished (FURTHER_PHYSICS)
     outside:absorber                a mass M on the tip by k = M (2 pi f)^2 and c = 4 pi D f M; mass M (kg), frequency f (Hz),
                                     damping_ratio D (1); at rest on the tip at first
 
+Physics that was written later still (LATER_PHYSICS)
+    outside:friction_by_load        mu -> mu (F_N/F_0)^(-e); exponent e (1; 1/3 of an elastic contact, Archard 1957), force F_0 (N)
+
 Symbols: q_j modal coordinate (m), D_j damping ratio, w_j = 2 pi f_j, m modal mass (kg), phi_j(1) = +2, -2, +2, ...,
 F_N normal force (N), v1 Stribeck velocity (m/s), c2 (s/m), mu_0 static friction coefficient (v_r -> 0).
 
@@ -112,8 +115,9 @@ def beam_integrals(n):
     F_MEM_A, F_MEM_TAU,  # outside:speed_memory, s/m, s
     F_AMP_A, F_AMP_TAU,  # outside:frequency_by_amplitude, 1 (for 1 mm), s
     F_ABS_M, F_ABS_F, F_ABS_D,  # outside:absorber, kg, Hz, 1
+    L_LOAD_E, L_LOAD_F,  # outside:friction_by_load, 1, N
     SIZE,
-) = range(82)
+) = range(84)
 
 # Places in the state vector after q_1..q_n, q_1'..q_n'
 S, U, Z, X, XD, Y, R = range(7)  # belt travel, lagged speed, bristle, belt-drive displacement and velocity, sensor, slip memory
@@ -203,6 +207,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         factor *= 1.0 + p[F_FW_A] * math.tanh(w / p[F_FW_W])
     if p[F_MEM_A] != 0.0:
         factor *= 1.0 + p[F_MEM_A] * y[e + M]
+    if p[L_LOAD_E] != 0.0 and normal > 0.0:
+        factor *= (normal / p[L_LOAD_F]) ** -p[L_LOAD_E]
     slowed, rate = _slowed(t, p)
     belt = p[V0] * slowed
     belt_rate = p[V0] * rate
@@ -555,7 +561,10 @@ FURTHER_PHYSICS = {
     "outside:frequency_by_amplitude": {"change": F_AMP_A, "time_constant": F_AMP_TAU},
     "outside:absorber": {"mass": F_ABS_M, "frequency": F_ABS_F, "damping_ratio": F_ABS_D},
 }
-PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS}
+LATER_PHYSICS = {
+    "outside:friction_by_load": {"exponent": L_LOAD_E, "force": L_LOAD_F},
+}
+PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS, **LATER_PHYSICS}
 
 
 @dataclass

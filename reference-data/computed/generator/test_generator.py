@@ -17,7 +17,7 @@ from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign,
                             main, parse, parser, replay, smooth_profile)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
-from simulate import EFFECTS, FURTHER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
+from simulate import EFFECTS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
 
 DEMO = FOLDER.parents[1] / "demo"
 
@@ -42,10 +42,10 @@ def test_transitions_agree_with_three_other_integrators(case):
 
 
 def every_slip_effect():
-    """All effects with a meaning in steady slip, switched on together; those of FURTHER_PHYSICS have closed forms of their own."""
+    """All effects with a meaning in steady slip, switched on together; later ones have closed forms of their own."""
     rng = np.random.default_rng(7)
     rig = draw_beam(rng)
-    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in FURTHER_PHYSICS
+    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in FURTHER_PHYSICS and k not in LATER_PHYSICS
                    and k not in ("presliding_compliance", "static_friction_aging", "outside:rate_and_state")}
     for k in rig.effects:
         if "phase" in PLACES[k]:
@@ -354,6 +354,16 @@ def test_friction_follows_deflection_and_the_speed_of_earlier_times():
     assert np.allclose(record.force, 0.66 * 60 * (1 + 0.1 * (1 - np.exp(-record.t / 0.02))), rtol=1e-4)
 
 
+def test_friction_grows_less_than_the_load():
+    """mu F_N with mu ~ F_N^(-1/3) is a force ~ F_N^(2/3)."""
+    constant = {"a1": 0.0, "a2": 0.0}
+    state = start(Rig(), [0.0, 0.0], [0.0, 0.0], belt_velocity=1000.0)
+    rig = Rig(**constant, effects={"outside:friction_by_load": {"exponent": 1 / 3, "force": 80.0}})
+    for load in (10.0, 80.0, 270.0):
+        record = simulate(rig, load, 1000.0, state, duration=0.01)
+        assert np.allclose(record.force, 0.66 * 80 * (load / 80) ** (2 / 3), rtol=1e-12)
+
+
 def test_a_frequency_follows_the_low_passed_deflection():
     """q'' = -[w_1 (1 + a x/mm)]^2 q, tau x' = |2 q| - x, by an adaptive method of order eight."""
     a, tau = 0.03, 0.02
@@ -575,6 +585,7 @@ def test_the_kind_of_each_campaign_is_told():
         assert {kind_of(kind, names) for names in choose(rng, kind, 30)} == {kind}
     assert {kind_of("outside", names) for names in choose(rng, "outside", 30, outside=list(NEW_PHYSICS))} == {"outside-new-physics"}
     hidden = {"none": [], "single": ["sensor_lag"], "pair": ["sensor_lag", "axial_load"], "outside": [next(iter(OUTSIDE))]}
+    assert {kind_of("outside", [name]) for name in LATER_PHYSICS} == {"outside"}
     assert {kind: kind_of("mixed", names) for kind, names in hidden.items()} == {kind: kind for kind in hidden}
 
 

@@ -27,6 +27,7 @@ pub fn course(problem: &Problem, run: usize, name: &str, memory_s: Option<f64>) 
         "v_r" | "low_passed_v_r" => (0..count).map(speed).collect(),
         "time" => (0..count).map(|k| h * k as f64).collect(),
         "dwell" => dwell(problem, run),
+        "normal_force" => load(problem, run, count),
         "low_passed_power" => (0..count)
             .map(|k| (smoothed.force[k] * motion.relative_velocity[k]).abs())
             .collect(),
@@ -45,6 +46,15 @@ pub fn course(problem: &Problem, run: usize, name: &str, memory_s: Option<f64>) 
         instantaneous,
         cycles: phases.filter(leaves).map(|p| p[1].first).collect(),
     })
+}
+
+/// Normal force at each of `count` samples, N, as the campaign states it.
+fn load(problem: &Problem, run: usize, count: usize) -> Vec<f64> {
+    let run = &problem.campaign.runs[run];
+    match &run.inputs.normal_force {
+        Some(series) => series.values.iter().copied().take(count).collect(),
+        None => vec![run.normal_force; count],
+    }
 }
 
 /// Time since stick began at each sample, s; 0 in slip.

@@ -10,7 +10,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
-use crate::diagnose::model::unknown_function::is_unknown_function;
+use crate::diagnose::model::unknown_function::{is_unknown_function, loads};
 use crate::error::Error;
 use crate::measurement::Measurand;
 use crate::metric::median;
@@ -26,6 +26,11 @@ const CHANGE: f64 = 1e-2;
 
 /// The effect that only shifts where a structure with springs rests, as the offset of its sensor does.
 const SHIFTS_ALONE: &str = "term_constant_force";
+/// Effects that only scale the friction law where the normal force does not vary.
+const SCALE_ALONE: [&str; 2] = [
+    "term_friction_by_load",
+    "term_unknown_friction_normal_force",
+];
 
 /// Tells the problem which effects can act, and says in a remark which can't for want of a sensor of displacements.
 ///
@@ -37,6 +42,12 @@ pub fn leave_out(problem: &mut Problem) -> Result<(), Error> {
     if !structure.modes().iter().any(Mode::is_free) {
         for (acts, card) in problem.acts.iter_mut().zip(&problem.catalogue) {
             *acts &= card.id != SHIFTS_ALONE;
+        }
+    }
+    let known = problem.campaign.uncertainty.normal_force_std;
+    if !varies(loads(&problem.campaign), known) {
+        for (acts, card) in problem.acts.iter_mut().zip(&problem.catalogue) {
+            *acts &= !SCALE_ALONE.contains(&card.id.as_str());
         }
     }
     if problem.campaign.measurand() == Measurand::Displacement {
@@ -59,6 +70,11 @@ pub fn leave_out(problem: &mut Problem) -> Result<(), Error> {
         *acts &= !blind;
     }
     Ok(())
+}
+
+/// Whether loads from the least to the largest, N, differ by more than they are known, `std` as a share.
+fn varies((least, most): (f64, f64), std: f64) -> bool {
+    most - least > std * most
 }
 
 /// Whether an effect stands beyond the catalogue.

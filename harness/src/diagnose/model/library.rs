@@ -7,7 +7,7 @@
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 32] = [
+pub const FILES: [&str; 33] = [
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
@@ -23,6 +23,7 @@ pub const FILES: [&str; 32] = [
     include_str!("library/frequency_by_amplitude.toml"),
     include_str!("library/friction_by_deflection_squared.toml"),
     include_str!("library/friction_by_direction.toml"),
+    include_str!("library/friction_by_load.toml"),
     include_str!("library/friction_by_tip_velocity.toml"),
     include_str!("library/friction_creep.toml"),
     include_str!("library/frictional_heating.toml"),

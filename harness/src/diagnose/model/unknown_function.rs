@@ -107,6 +107,7 @@ const DEFLECTION: Argument = argument("w", "w", "m");
 const VELOCITY: Argument = argument("w_dot", "w_dot", "m/s");
 const SPEED: Argument = argument("v_r", "v_abs", "m/s");
 const TIME: Argument = argument("time", "t", "s");
+const LOAD: Argument = argument("normal_force", "F_N", "N");
 const DWELL: Argument = argument("dwell", "t_stick", "s");
 const PAST_SPEED: Argument = past("low_passed_v_r", "v_abs", "m/s");
 const PAST_POWER: Argument = past("low_passed_power", "abs(F*v_r)", "W");
@@ -116,12 +117,13 @@ const PAST_DEFLECTION: Argument = past("low_passed_w", "abs(w)", "m");
 const SLOPE_HALF_WIDTH: usize = 5;
 
 /// All that are tried.
-const ALL: [(Place, Argument); 20] = [
+const ALL: [(Place, Argument); 21] = [
     (FRICTION, DEFLECTION),
     (FRICTION, VELOCITY),
     (FRICTION, SPEED),
     (FRICTION, TIME),
     (FRICTION, DWELL),
+    (FRICTION, LOAD),
     (FRICTION, PAST_SPEED),
     (FRICTION, PAST_POWER),
     (NORMAL_FORCE, DEFLECTION),
@@ -329,6 +331,18 @@ pub fn lowest_frequency(campaign: &Campaign, structure: &Structure, ranges: &[(f
     if highest > 0.0 { highest } else { 1.0 }
 }
 
+/// Least and largest normal force that the runs of a campaign state, N.
+pub(super) fn loads(campaign: &Campaign) -> (f64, f64) {
+    let of_run = |run: &crate::measurement::Run| match &run.inputs.normal_force {
+        Some(series) => series.values.clone(),
+        None => vec![run.normal_force],
+    };
+    let all = campaign.runs.iter().flat_map(of_run);
+    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), f| {
+        (low.min(f), high.max(f))
+    })
+}
+
 /// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`], and
 /// so are `ranges`. What would act on a sensor of displacements is left out where a velocity was measured.
 pub fn unknown_functions(
@@ -375,6 +389,7 @@ pub fn unknown_functions(
         TIME => (0.0, duration),
         // Stick lasts for a period or a few.
         DWELL => (0.0, 3.0 / lowest_hz),
+        LOAD => loads(campaign),
         PAST_SPEED => (0.0, velocity),
         PAST_POWER => (0.0, force * sliding),
         _ => (0.0, high.abs().max(low.abs())),

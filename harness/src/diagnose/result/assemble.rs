@@ -467,21 +467,28 @@ fn probability_of(problem: &Problem, selection: &Selection, verdict: Verdict) ->
         (Verdict::NoMissingEffect, _) | (_, None) => of(&|c| c.choices.is_empty()),
         // What an effect of the library adds takes nothing away from a name.
         (_, Some(best)) => of(&|c| {
-            let others = c
-                .choices
-                .iter()
-                .filter(|o| !library::is_library_effect(&problem.catalogue[o.effect].id));
-            let mut named: Vec<usize> = others.map(|o| o.effect).collect();
+            let mut named: Vec<usize> = of_catalogue(problem, &c.choices)
+                .map(|o| o.effect)
+                .collect();
             named.sort_unstable();
             named == best.effects()
         }),
     }
 }
 
+/// The effects of a hypothesis that are not of the library.
+fn of_catalogue<'a>(
+    problem: &'a Problem,
+    choices: &'a [Choice],
+) -> impl Iterator<Item = &'a Choice> {
+    let is_of_library = |o: &&Choice| library::is_library_effect(&problem.catalogue[o.effect].id);
+    choices.iter().filter(move |o| !is_of_library(o))
+}
+
 fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
     let base = selection.calibrated.score();
     // The list is the catalogue's: a term beyond it stands among the proposals.
-    let of_catalogue = |c: &FittedModel| !is_beyond(problem, &c.choices);
+    let is_known = |c: &FittedModel| !is_beyond(problem, &c.choices);
     let everything = all_models(selection);
     let (shares, of_tested) = probabilities(&everything, &selection.tested);
     let listed: Vec<&FittedModel> = selection
@@ -491,10 +498,21 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
         .chain(selection.listed_pairs())
         .collect();
     let is_listed = |c: &FittedModel| listed.iter().any(|l| std::ptr::eq(*l, c));
+    // As for the verdict, a name has what it shares with effects of the library.
+    let named = selection.path.last().filter(|_| selection.explained);
+    let share = |c: &FittedModel, alone: f64| match named {
+        Some(named) if std::ptr::eq(named, c) => {
+            let same = everything.iter().zip(&shares);
+            let same = same.filter(|(o, _)| of_catalogue(problem, &o.choices).eq(&c.choices));
+            same.map(|(_, p)| p).sum()
+        }
+        _ => alone,
+    };
     let all: Vec<(&FittedModel, f64)> = everything
-        .into_iter()
-        .zip(shares)
-        .filter(|(c, _)| of_catalogue(c) && is_listed(c))
+        .iter()
+        .zip(&shares)
+        .filter(|(c, _)| is_known(c) && is_listed(c))
+        .map(|(c, alone)| (*c, share(c, *alone)))
         .collect();
     let fitted = all.iter().map(|(c, probability)| Standing {
         id: name(problem, &c.choices),

@@ -253,6 +253,7 @@ pub fn argument_in_words(argument: &str) -> &'static str {
         "v_r" | "low_passed_v_r" => "the sliding speed",
         "time" => "the time since the start of a run",
         "dwell" => "the time since stick began",
+        "normal_force" => "the normal force",
         "low_passed_power" => "the friction power",
         _ => "the deflection",
     }
