@@ -174,6 +174,8 @@ def main():
         fitted = error(page)
         print("fit", on, "->", fitted)
         assert fitted < 0.8 * on, f"{on} % -> {fitted} %"
+        kept = float(page.locator("#ladder tbody tr").nth(1).locator("td").nth(2).inner_text().split()[0])
+        assert abs(fitted - kept) < 1e-2 * kept, f"{fitted} % on the page, {kept} % on the ladder"
         picture(page, "fit")
 
         # A fit is stopped and keeps where it stood.
