@@ -143,7 +143,7 @@ def draw_effect(rng, name, f1):
         "outside:speed_memory": lambda: {"gain": sign(rng) * lu(0.1, 1.0), "time_constant": lu(0.005, 0.1)},
         "outside:frequency_by_amplitude": lambda: {"change": sign(rng) * lu(0.003, 0.03), "time_constant": lu(0.01, 0.2)},
         "outside:absorber": lambda: {"mass": lu(5e-4, 5e-3), "frequency": lu(100, 400), "damping_ratio": lu(0.01, 0.1)},
-        "outside:friction_by_load": lambda: {"exponent": lu(0.05, 0.35), "force": 80.0},
+        "outside:friction_by_load": lambda: {"exponent": lu(0.15, 0.4), "force": 80.0},
     }[name]()
 
 

@@ -32,8 +32,10 @@ use crate::error::Error;
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
-/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
-const BARELY_ON: f64 = 1e-3;
+/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning. What is
+/// differentiated beside it is so at none: at a thousandth the two differed by as much, and an effect that acts as a
+/// nuisance does, known to a hundred thousandth, was taken for another.
+const BARELY_ON: f64 = 1e-6;
 /// Lines of the screen's spectrum that are tested on all data: what is worth its price there stands out of the noise's lines on a part
 /// of them, but not always above all of these.
 const SEEN_LINES: usize = 5;

@@ -213,3 +213,18 @@ fn switch_on(h: &Hypothesis, card: &EffectCard, point: &mut Point) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::varies;
+
+    #[test]
+    fn loads_vary_where_they_differ_by_more_than_they_are_known() {
+        assert!(varies((36.0, 120.0), 0.025));
+        assert!(!varies((80.0, 80.0), 0.025));
+        // A column of a load that is held: it wanders by 1 %.
+        assert!(!varies((79.6, 80.4), 0.025));
+        // Nothing is pressed on.
+        assert!(!varies((0.0, 0.0), 0.025));
+    }
+}

@@ -56,6 +56,9 @@ const fn place(name: &'static str, target: &'static str, formula: &'static str) 
 }
 
 const FRICTION: Place = place("friction", "friction_factor", "1 + G");
+/// Where it depends on the load alone it is a factor on each run's level of friction, which is fitted by its logarithm: the
+/// valley in which the two trade is straight.
+const FRICTION_LEVEL: Place = place("friction", "friction_factor", "exp(G)");
 /// A force that adds to the normal force, so that it counts less at a higher one; in shares of the mean one.
 const NORMAL_FORCE: Place = place(
     "normal_force",
@@ -123,7 +126,7 @@ const ALL: [(Place, Argument); 21] = [
     (FRICTION, SPEED),
     (FRICTION, TIME),
     (FRICTION, DWELL),
-    (FRICTION, LOAD),
+    (FRICTION_LEVEL, LOAD),
     (FRICTION, PAST_SPEED),
     (FRICTION, PAST_POWER),
     (NORMAL_FORCE, DEFLECTION),
@@ -395,7 +398,7 @@ pub fn unknown_functions(
         _ => (0.0, high.abs().max(low.abs())),
     };
     let strength = |place: Place| match place {
-        FRICTION | NORMAL_FORCE => 0.3,
+        FRICTION | FRICTION_LEVEL | NORMAL_FORCE => 0.3,
         TIP_FORCE => 0.1 * mean_force,
         FREQUENCY | FIRST_FREQUENCY => 0.03,
         DAMPING => 5.0,
