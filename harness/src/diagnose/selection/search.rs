@@ -210,10 +210,10 @@ impl Exploration<'_> {
             }
         }
         self.screen.sort(&mut self.singles);
-        self.calibrated = self.screen.to_its_end(&self.calibrated)?;
-        self.calibrated = self
+        let calibrated = self
             .screen
             .recalibrate(self.calibrated.clone(), &self.singles)?;
+        self.calibrated = self.screen.to_its_end(&calibrated)?;
         Ok(())
     }
 
