@@ -32,12 +32,12 @@ use crate::error::Error;
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
-/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning. What is
-/// differentiated beside it is so at none: at a thousandth the two differed by as much, and an effect that acts as a
-/// nuisance does, known to a hundred thousandth, was taken for another.
-const NEARLY_NONE: f64 = 1e-6;
-/// Strength at which a fit may start.
+/// Strength at which a fit may start, and derivatives are taken by a time: below that of a delay its equation is stiff. A share of
+/// the typical one; without any, shapes have no meaning.
 const BARELY_ON: f64 = 1e-3;
+/// The same where derivatives are taken by an amplitude. What is differentiated beside it is so at none: at a thousandth the two
+/// differed by as much, and an effect that acts as a nuisance does, known to a hundred thousandth, was taken for another.
+const NEARLY_NONE: f64 = 1e-6;
 /// Lines of the screen's spectrum that are tested on all data: what is worth its price there stands out of the noise's lines on a part
 /// of them, but not always above all of these.
 const SEEN_LINES: usize = 5;
@@ -183,8 +183,12 @@ pub(crate) fn promise(
     };
     let parameter = &h.shared[c];
     let p = &card.parameters[strength];
+    let share = match p.role {
+        Role::Amplitude => NEARLY_NONE,
+        _ => BARELY_ON,
+    };
     let mut test = |of: &At, factor: f64| {
-        let point = point_at(NEARLY_NONE, of.base, of.segments, factor);
+        let point = point_at(share, of.base, of.segments, factor);
         let data = problem.data(of.segments);
         let mut fitter = Fitter::new(&mut predictor, &h, &data, one_step());
         let (mut matrix, mut gradient) = fitter.reduced_beside(of.known(), point.clone());
