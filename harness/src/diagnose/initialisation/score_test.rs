@@ -32,12 +32,8 @@ use crate::error::Error;
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
-/// Strength at which a fit may start, and derivatives are taken by a time: below that of a delay its equation is stiff. A share of
-/// the typical one; without any, shapes have no meaning.
+/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
 const BARELY_ON: f64 = 1e-3;
-/// The same where derivatives are taken by an amplitude. What is differentiated beside it is so at none: at a thousandth the two
-/// differed by as much, and an effect that acts as a nuisance does, known to a hundred thousandth, was taken for another.
-const NEARLY_NONE: f64 = 1e-6;
 /// Lines of the screen's spectrum that are tested on all data: what is worth its price there stands out of the noise's lines on a part
 /// of them, but not always above all of these.
 const SEEN_LINES: usize = 5;
@@ -169,10 +165,10 @@ pub(crate) fn promise(
     };
     let is_other_shape = |i: &usize| *i != strength && card.parameters[*i].role == Role::Shape;
     let shapes: Vec<usize> = (0..card.parameters.len()).filter(is_other_shape).collect();
-    let point_at = |share: f64, base: &FittedHypothesis, segments: &[Segment], factor: f64| {
+    let barely_on = |base: &FittedHypothesis, segments: &[Segment], factor: f64| {
         let mut point = widen(base, &h, &Point::centre(&h, segments));
         let typical = card.parameters[strength].typical;
-        point.shared[c] = h.shared[c].clamp(h.shared[c].position(share * typical));
+        point.shared[c] = h.shared[c].clamp(h.shared[c].position(BARELY_ON * typical));
         for &i in &shapes {
             if let Some(j) = index(i) {
                 let value = factor * card.parameters[i].typical;
@@ -183,12 +179,8 @@ pub(crate) fn promise(
     };
     let parameter = &h.shared[c];
     let p = &card.parameters[strength];
-    let share = match p.role {
-        Role::Amplitude => NEARLY_NONE,
-        _ => BARELY_ON,
-    };
     let mut test = |of: &At, factor: f64| {
-        let point = point_at(share, of.base, of.segments, factor);
+        let point = barely_on(of.base, of.segments, factor);
         let data = problem.data(of.segments);
         let mut fitter = Fitter::new(&mut predictor, &h, &data, one_step());
         let (mut matrix, mut gradient) = fitter.reduced_beside(of.known(), point.clone());
@@ -202,7 +194,7 @@ pub(crate) fn promise(
         Some(Promise {
             gain: found.gain,
             fall: found.gain + found.occam,
-            start: point_at(BARELY_ON, of.base, of.segments, factor),
+            start: point,
             strength: Some(Strength {
                 std: found.std * parameter.slope(u).abs(),
                 occam: found.occam,
