@@ -4,7 +4,7 @@ Every campaign is drawn anew: the true beam and friction data lie around the nom
 every run starts anywhere on the belt, in stick at a random deflection or after a transient from there, its friction level scatters, and
 the display adds white noise. A strength of the hidden effect is kept only if switching it off changes the motion plainly within 40 ms.
 
-    python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics] [--channel velocity]
+    python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics] [--channel CHANNEL]
 
 KIND is one of
     single, pair, none   one, two or no effects of the catalogue
@@ -15,8 +15,12 @@ KIND is one of
     misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
     weak                 as single, of a third of the strength, under noise of 2 micrometres; not necessarily visible
 
-With --channel velocity a vibrometer measures the tip's velocity: no effect of the sensor of displacements is hidden, "noise_m" and
-"offset_m" are "noise_m_per_s" and "offset_m_per_s", and "channel" says so.
+With --channel velocity a vibrometer measures the tip's velocity, with --channel acceleration an accelerometer its acceleration: no effect
+of the sensor of displacements is hidden, "noise_m" and "offset_m" are "noise_m_per_s" and "offset_m_per_s", or "noise_m_per_s2" and
+"offset_m_per_s2", and "channel" says so. The acceleration is the second time derivative of the displacement that a sensor without lag,
+curve and drift shows, hence relative to the same: with base_excitation to the clamp that shakes. It is that of the equations of motion
+at the instant of the sample, with the friction force there: in stick that of the belt's contact point. It jumps where the friction force
+does (a sample just there has the value after it), and no filter of the sensor rounds the jump.
 
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
@@ -41,15 +45,21 @@ POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1),
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
 TIP_STIFFNESS = 26.3e3  # N/m, 3EI/l^3 of the nominal beam
 VISIBLE = (20.0, 4000.0)  # bounds on visibility
-NOISE = (5e-8, 2e-6)  # standard deviation of the display's noise, m; drawn log-uniform where the effect is visible
-# The same of a vibrometer, m/s. Its noise is broad-band: 0.7 to 7 (um/s)/sqrt(Hz) up to the 5 kHz of the record, the lower end that of
+UNIT = {"displacement": "m", "velocity": "m_per_s", "acceleration": "m_per_s2"}  # of what is measured, as keys and columns have it
+# Standard deviation of the display's noise, m, m/s, m/s^2; drawn log-uniform where the effect is visible. --kind weak has the upper end.
+# That of a vibrometer is broad-band: 0.7 to 7 (um/s)/sqrt(Hz) up to the 5 kHz of the record, the lower end that of
 # a prepared surface, the upper one that of speckle on a moving one; at a tip velocity of some 0.1 m/s that is 66 to 46 dB.
-VELOCITY_NOISE = (5e-5, 5e-4)
-RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6}  # steps of the display, m and m/s
+# So is that of an accelerometer: 0.3 to 7 (mm/s^2)/sqrt(Hz). Accelerometers with built-in electronics (IEPE) have some 0.01 to 0.3 m/s^2
+# rms over 5 kHz, the more the smaller they are and the larger their range, and a light one of some 2000 m/s^2 is needed here; the noise
+# of cable and input adds to it. At an rms tip acceleration of some 150 m/s^2 that is 78 to 50 dB.
+NOISE = {"displacement": (5e-8, 2e-6), "velocity": (5e-5, 5e-4), "acceleration": (0.02, 0.5)}
+RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6, "acceleration": 1e-3}  # steps of the display, m, m/s, m/s^2
+# Standard deviation of the offset from run to run, m, m/s, m/s^2. An accelerometer's is what is left of the bias of its electronics
+# behind the coupling capacitor and the input's own: up to some 0.05 m/s^2, 0.05 mV at 1 mV/(m/s^2).
+OFFSET = {"displacement": 0.0, "velocity": 0.0, "acceleration": 0.02}
 OF_SENSOR = ("sensor_lag", "outside:quadratic_sensor", "outside:cubic_sensor", "outside:sensor_saturation", "outside:sensor_drift")
 COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
 WEAKER = 3.0  # --kind weak: draw_effect's strength over this
-WEAK_NOISE = 2e-6  # m
 STRENGTH = {  # effects with an amplitude, and its name
     "belt_periodic_friction": "amplitude",
     "belt_friction_profile": "rms",
@@ -201,14 +211,9 @@ def draw_misstated(rng):
     )
 
 
-def unit(args):
-    """Unit of what is measured, as keys of truth.json have it."""
-    return "m_per_s" if args.channel == "velocity" else "m"
-
-
 def shown(record, channel):
-    """What a perfect sensor of the channel shows, m or m/s."""
-    return record.wd if channel == "velocity" else record.measured
+    """What a perfect sensor of the channel shows, m, m/s or m/s^2."""
+    return {"displacement": record.measured, "velocity": record.wd, "acceleration": record.acceleration}[channel]
 
 
 def run_effects(effects, run):
@@ -223,10 +228,11 @@ def with_effects(rig, effects):
 def draw_run(rng, rig, effects, point, args):
     """A run's own values, its state after a random transient, and its record. None if the motion leaves the model's range."""
     normal_force, belt_velocity = point
+    offset = OFFSET[args.channel] if args.offset is None else args.offset
     run = {
         "normal_force_n": normal_force, "belt_velocity_m_per_s": belt_velocity,
         "friction_level": 1 + args.level_scatter * float(rng.standard_normal()),
-        f"offset_{unit(args)}": args.offset * float(rng.standard_normal()),
+        f"offset_{UNIT[args.channel]}": offset * float(rng.standard_normal()),
         "own": {name: {key: float(rng.uniform(0, 2 * np.pi) if key == "phase" else rng.uniform(0, 1.5))
                        for key in PLACES[name] if key in PER_RUN} for name in effects},
     }
@@ -284,7 +290,7 @@ def convert(state, n, other, belt_velocity):
 
 
 def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04, channel="displacement"):
-    """Median over windows of the rms difference (m or m/s) over 40 ms of what is measured with and without one effect."""
+    """Median over windows of the rms difference (m, m/s or m/s^2) over 40 ms of what is measured with and without one effect."""
     found = []
     for run, record in zip(runs, records):
         others = {k: v for k, v in run_effects(effects, run).items() if k != dropped}
@@ -307,10 +313,10 @@ def draw_points(rng, args):
 
 
 def noise_bounds(size, args):
-    """Least and largest noise (m, m/s) under which the effects are plainly visible; size: {effect: visible difference, m, m/s}."""
-    bounds, weak = (VELOCITY_NOISE, VELOCITY_NOISE[1]) if args.channel == "velocity" else (NOISE, WEAK_NOISE)
+    """Least and largest noise under which the effects are plainly visible; size: {effect: visible difference}. m, m/s or m/s^2."""
+    bounds = NOISE[args.channel]
     if args.kind == "weak":
-        return [args.noise or weak] * 2
+        return [args.noise or bounds[1]] * 2
     low = max([bounds[0]] + [value / VISIBLE[1] for value in size.values()])
     high = min([bounds[1]] + [value / VISIBLE[0] for value in size.values()])
     return (max(low, args.noise), min(high, args.noise)) if args.noise else (low, high)
@@ -343,7 +349,7 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         frequencies.append(effects["third_mode"]["frequency"])
         damping.append(effects["third_mode"]["damping_ratio"])
     truth = {
-        "effects": list(names), "parameters": effects, f"noise_{unit(args)}": noise, "true_f_hz": frequencies, "true_D": damping,
+        "effects": list(names), "parameters": effects, f"noise_{UNIT[args.channel]}": noise, "true_f_hz": frequencies, "true_D": damping,
         "true_mass": rig.mass, "true_law": {"mus": rig.mu_s, "v1": rig.v1, "a1": rig.a1, "a2": rig.a2, "c2": rig.c2},
         "points": [list(p) for p in points], "visibility": seen, "runs": runs,
     }
@@ -370,12 +376,11 @@ def replay(truth, i, duration=0.6, dt=1e-4):
 
 
 def write_run(folder, file, run, record, noise, rng, channel="displacement"):
-    """One CSV: the measured channel, offset, white noise, display steps (m, m/s). Returns the lines that campaign.toml has for it."""
-    of_velocity = channel == "velocity"
+    """One CSV: the measured channel, offset, white noise, display steps (m, m/s, m/s^2). Returns its lines of campaign.toml."""
     t, x = record.t[:-1], shown(record, channel)[:-1]
-    x = x + run["offset_m_per_s" if of_velocity else "offset_m"] + noise * rng.standard_normal(x.size)
+    x = x + run[f"offset_{UNIT[channel]}"] + noise * rng.standard_normal(x.size)
     x = np.round(x / RESOLUTION[channel]) * RESOLUTION[channel]
-    text = ["time_s,tip_velocity_m_per_s" if of_velocity else "time_s,tip_displacement_m"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
+    text = [f"time_s,tip_{channel}_{UNIT[channel]}"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
     (folder / file).write_text("\n".join(text) + "\n")
     return ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
             f"normal_force_n = {run['normal_force_n']:g}"]
@@ -387,13 +392,13 @@ def write_campaign(folder, name, truth, records, rng):
     known = "nominal, a few percent uncertain; so are the belt speeds, all by one factor, and the normal forces" if "drive" in truth else (
         "as identified by modal analysis before the tests; a few tenths of a percent uncertain")
     channel = truth.get("channel", "displacement")
-    measured = "tip displacement by laser vibrometer; time in s, displacement in m" if channel == "displacement" else (
-        "tip velocity by laser vibrometer; time in s, velocity in m/s")
-    lines = [f'name = "{name}"', f"# {measured}", "", f"[beam]  # {known}"]
+    sensor = "accelerometer" if channel == "acceleration" else "laser vibrometer"
+    in_words = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[channel]
+    lines = [f'name = "{name}"', f"# tip {channel} by {sensor}; time in s, {channel} in {in_words}", "", f"[beam]  # {known}"]
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
-    if channel == "velocity":
-        lines += ["", "[channels]", 'velocity_column = "tip_velocity_m_per_s"']
-    noise = truth["noise_m_per_s" if channel == "velocity" else "noise_m"]
+    if channel != "displacement":
+        lines += ["", "[channels]", f'{channel}_column = "tip_{channel}_{UNIT[channel]}"']
+    noise = truth[f"noise_{UNIT[channel]}"]
     for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
         lines += write_run(folder, f"run{i:02d}.csv", run, record, noise, rng, channel)
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
@@ -402,7 +407,7 @@ def write_campaign(folder, name, truth, records, rng):
 def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement"):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
     catalogue = list(STRENGTH if kind == "weak" else EFFECTS)
-    if channel == "velocity":
+    if channel != "displacement":
         catalogue, outside = ([name for name in ids if name not in OF_SENSOR] for ids in (catalogue, outside))
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
     singles, outsides = cycle(catalogue), cycle(outside)
@@ -453,11 +458,12 @@ def parser():
     p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
-    p.add_argument("--channel", choices=["displacement", "velocity"], default="displacement", help="what the sensor measures")
+    p.add_argument("--channel", choices=list(UNIT), default="displacement", help="what the sensor measures")
     p.add_argument("--noise", type=float, default=0.0,
-                   help="standard deviation, m (m/s); 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak; "
-                        "of a velocity from 0.05 to 0.5 mm/s, and 0.5 mm/s")
-    p.add_argument("--offset", type=float, default=0.0, help="standard deviation of the sensor's offset, m (m/s)")
+                   help="standard deviation, m (m/s, m/s^2); 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak; "
+                        "of a velocity from 0.05 to 0.5 mm/s, and 0.5 mm/s; of an acceleration from 0.02 to 0.5 m/s^2, and 0.5 m/s^2")
+    p.add_argument("--offset", type=float,
+                   help="standard deviation of the sensor's offset, m (m/s, m/s^2); without it 0, of an acceleration 0.02 m/s^2")
     p.add_argument("--level-scatter", type=float, default=0.005, help="standard deviation of the friction level from run to run, 1")
     return p
 
@@ -471,8 +477,8 @@ def parse(argv=None):
         p.error("--new-physics and --further-physics exclude each other")
     if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
         p.error(f"{args.effect} has no amplitude for --kind weak")
-    if args.channel == "velocity" and args.effect in OF_SENSOR:
-        p.error(f"{args.effect} acts on a sensor of displacements, which --channel velocity does not have")
+    if args.channel != "displacement" and args.effect in OF_SENSOR:
+        p.error(f"{args.effect} acts on a sensor of displacements, which --channel {args.channel} does not have")
     return args
 
 
@@ -488,7 +494,8 @@ def main(argv=None):
         write_campaign(args.out / name, f"campaign {name}", truth, records, own)
         answers.append({"campaign": name, "kind": kind_of(args.kind, names), **truth})
         (args.out / "truth.json").write_text(json.dumps(answers, indent=1) + "\n")
-        print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {truth['noise_' + unit(args)]:.2e}", flush=True)
+        noise = truth[f"noise_{UNIT[args.channel]}"]
+        print(name, names, {k: round(v) for k, v in truth["visibility"].items()}, f"noise {noise:.2e}", flush=True)
 
 
 if __name__ == "__main__":

@@ -399,6 +399,7 @@ def _run(t0, y0, mode, stick_since, event_number, samples, dt, substeps,
     m = y0.size
     ys = np.empty((samples, m))
     forces = np.empty(samples)
+    accelerations = np.empty(samples)
     modes = np.empty(samples, np.int8)
     since = np.empty(samples)
     numbers = np.empty(samples, np.int64)
@@ -420,6 +421,10 @@ def _run(t0, y0, mode, stick_since, event_number, samples, dt, substeps,
     for sample in range(samples):
         t_sample = t0 + sample * dt
         forces[sample] = _rates(t_sample, y, k1, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi)
+        acceleration = 0.0
+        for j in range(n):
+            acceleration += phi[j] * k1[n + j]
+        accelerations[sample] = acceleration
         ys[sample] = y
         modes[sample] = mode
         since[sample] = stick_since
@@ -506,7 +511,7 @@ def _run(t0, y0, mode, stick_since, event_number, samples, dt, substeps,
                 fresh = True
                 if left <= 0.0:
                     break
-    return ys, forces, modes, since, numbers, found
+    return ys, forces, accelerations, modes, since, numbers, found
 
 
 # ---------------------------------------------------------------------------------------------------------------
@@ -672,6 +677,7 @@ class Record:
     n: int
     phi: np.ndarray
     force: np.ndarray  # friction force on the tip, N, positive along the belt's motion
+    acceleration: np.ndarray  # w'' (m/s^2) by the equations of motion with that force; where the mode changes, of the mode after it
     mode: np.ndarray
     stick_since: np.ndarray
     event_number: np.ndarray
@@ -726,10 +732,10 @@ def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1
     substeps = max(1, round(dt / substep))
     samples = round(duration / dt) + 1
     events = np.empty((max_events, 2))
-    y, force, mode, since, numbers, found = _run(
+    y, force, acceleration, mode, since, numbers, found = _run(
         float(t0), np.asarray(state.y, float), int(state.mode), float(state.stick_since), int(state.event_number), samples, float(dt),
         substeps, b["n"], b["phi"], b["w2"], b["dmp"], b["soft"], b["mass"], b["inertia"], b["p"], b["nodes"], b["draws"],
         events, max_events)
-    return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, mode, since, numbers,
+    return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, acceleration, mode, since, numbers,
                   events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0,
                   (b["p"][O_CURVE2], b["p"][O_CURVE3]), tuple(b["p"][[F_SAT, F_ZERO_A, F_ZERO_TAU]]))

@@ -179,6 +179,61 @@ def test_belt_travel_stands_still_in_stick_and_is_belt_minus_tip_otherwise():
     assert (np.diff(travel)[stick] == 0).all()
 
 
+# ------------------------------------------------------------------------------------------------- acceleration
+def still(record, effect):
+    return np.zeros(record.t.size)
+
+
+def driven(record, effect):
+    """M x'' = -F - c x' - k x"""
+    x, xd = record.y[:, 2 * record.n + X], record.y[:, 2 * record.n + XD]
+    return -(record.force + effect["damping"] * xd + effect["stiffness"] * x) / effect["mass"]
+
+
+def rippling(record, effect):
+    omega = 2 * np.pi * effect["frequency"]
+    return -0.06 * effect["amplitude"] * omega * np.sin(omega * record.t + effect["phase"])
+
+
+@pytest.mark.parametrize("name, effect, belt", [
+    ("", {}, still),
+    ("belt_drive_compliance", {"mass": 1.5, "stiffness": 1.8e4, "damping": 50.0}, driven),
+    ("outside:belt_speed_ripple", {"amplitude": 0.1, "frequency": 40.0, "phase": 0.7}, rippling),
+    ("base_excitation", {"amplitude": 4.0, "frequency": 120.0, "phase": 0.7}, still),
+    ("static_friction_aging", {"gain": 0.2, "time_constant": 0.004, "form": "exp"}, still),
+    ("presliding_compliance", {"bristle_stiffness": 1e6, "bristle_damping": 100.0}, None),
+    ("third_mode", {"frequency": 1430.0, "damping_ratio": 0.003}, still),
+])
+def test_acceleration_is_the_second_derivative_of_the_displacement_and_in_stick_the_belts(name, effect, belt):
+    """Between transitions (w(t-h) - 2 w(t) + w(t+h))/h^2 = (w''(t-h) + 10 w''(t) + w''(t+h))/12 + O(h^4), h = 1 us.
+
+    Tolerances: that remainder, h^4/240 times the sixth derivative, is below 2e-6 of the largest acceleration in slip, where friction
+    changes within some 10 us of a reversal. In stick rounding is left: 1e-16 of a deflection of some mm over h^2 is some 1e-6 m/s^2."""
+    h = 1e-6
+    rig = Rig(damping=[0.002, 0.003], effects={name: effect} if name else {})
+    record = simulate(rig, 60.0, 0.06, stick_start(rig, 60.0, 0.06), duration=0.1, dt=h)
+    w, a = record.w, record.acceleration
+    passed = np.searchsorted(record.events[:, 0], record.t)
+    stick, apart = record.mode[1:-1] == 0, passed[2:] == passed[:-2]
+    off = np.abs((w[2:] - 2 * w[1:-1] + w[:-2]) / h**2 - (a[2:] + 10 * a[1:-1] + a[:-2]) / 12)
+    assert len(record.events) > 4 and np.abs(a).max() > 100 and (~stick).mean() > 0.1
+    assert off[apart & ~stick].max() < 2e-6 * np.abs(a).max()
+    if belt is not None:
+        assert stick.mean() > 0.1 and off[apart & stick].max() < 1e-5
+        assert np.abs(a - belt(record, effect))[record.mode == 0].max() < 1e-11  # rounding of terms of some 100 m/s^2
+
+
+def test_a_sample_at_a_transition_has_the_acceleration_after_it():
+    """Where stick begins, friction and with it the acceleration jump: samples 2e-13 s before and after (it is located to 1e-13 s)."""
+    rig, n = Rig(), 200
+    run = lambda dt: simulate(rig, 60.0, 0.06, stick_start(rig, 60.0, 0.06), duration=1.2 * n * dt, dt=dt)
+    begins = lambda record: record.stick_since[(record.mode == 0) & (record.stick_since > 0)][0]
+    at = begins(run(begins(run(1e-4)) / n))  # once more with nearly the steps of the runs below, for they move it by their error
+    before, after = run((at - 2e-13) / n), run((at + 2e-13) / n)
+    assert before.mode[n] != 0 and abs(before.acceleration[n]) > 10
+    assert after.mode[n] == 0 and abs(after.acceleration[n]) < 1e-11
+
+
 # ------------------------------------------------------------------------------------------------ misstated inputs
 def test_constant_friction_bends_the_beam_by_the_squares_of_the_true_tip_values():
     """Undamped, from rest: q_j = phi_j(1) mu_0 F_N/(m w_j^2) (1 - cos w_j t), w = sum phi_j(1) q_j, with the true F_N."""
@@ -501,20 +556,28 @@ def campaigns(folder, *options):
     return truth, [tomllib.loads((folder / t["campaign"] / "campaign.toml").read_text()) for t in truth]
 
 
-def test_a_campaign_of_velocities_moves_as_that_of_displacements_and_has_its_noise(tmp_path):
+@pytest.mark.parametrize("channel, unit, motion, low, high", [
+    ("velocity", "m_per_s", "wd", 5e-5, 5e-4),
+    ("acceleration", "m_per_s2", "acceleration", 0.02, 0.5),
+])
+def test_a_campaign_of_another_channel_moves_as_that_of_displacements_and_has_its_noise(tmp_path, channel, unit, motion, low, high):
     options = ("--kind", "single", "--effect", "friction_drift", "--runs", "2")
     (of_w,), _ = campaigns(tmp_path / "w", *options)
-    (of_v,), (stated,) = campaigns(tmp_path / "v", *options, "--channel", "velocity")
-    assert of_v["channel"] == "velocity" and "channel" not in of_w
+    (of_v,), (stated,) = campaigns(tmp_path / "v", *options, "--channel", channel)
+    assert of_v["channel"] == channel and "channel" not in of_w
     assert of_v["parameters"] == of_w["parameters"] and of_v["points"] == of_w["points"]
-    assert stated["channels"] == {"velocity_column": "tip_velocity_m_per_s"}
-    assert 5e-5 <= of_v["noise_m_per_s"] <= 5e-4
+    assert stated["channels"] == {f"{channel}_column": f"tip_{channel}_{unit}"}
+    noise = of_v[f"noise_{unit}"]
+    assert low <= noise <= high
     for i in range(2):
         text = (tmp_path / "v/001" / f"run{i + 1:02d}.csv").read_text().split()
-        assert text[0] == "time_s,tip_velocity_m_per_s"
+        assert text[0] == f"time_s,tip_{channel}_{unit}"
         v = np.array([float(line.split(",")[1]) for line in text[1:]])
-        left = v - replay(of_v, i, duration=0.2).wd[:-1]
-        assert left.std() == pytest.approx(of_v["noise_m_per_s"], rel=0.1)
+        left = v - getattr(replay(of_v, i, duration=0.2), motion)[:-1]
+        offset = of_v["runs"][i][f"offset_{unit}"]
+        assert (offset != 0) == (channel == "acceleration") and abs(offset) < 0.1
+        assert left.std() == pytest.approx(noise, rel=0.1)
+        assert abs(left.mean() - offset) < 5 * noise / math.sqrt(len(left))
 
 
 def test_misstated_campaign_states_nominal_values_and_moves_by_the_true_ones(tmp_path):
@@ -602,7 +665,12 @@ def test_kinds_choose_from_their_lists():
     assert not {name for kind in ("single", "pair", "mixed") for names in some(kind) for name in names} & set(NEW_PHYSICS)
 
 
-@pytest.mark.parametrize("options", [["--kind", "single", "--new-physics"], ["--kind", "weak", "--effect", "third_mode"]])
+@pytest.mark.parametrize("options", [
+    ["--kind", "single", "--new-physics"],
+    ["--kind", "weak", "--effect", "third_mode"],
+    ["--channel", "velocity", "--effect", "sensor_lag"],
+    ["--channel", "acceleration", "--effect", "outside:sensor_drift"],
+])
 def test_options_without_a_meaning_are_refused(options):
     with pytest.raises(SystemExit):
         parse(["--out", "unused", *options])
