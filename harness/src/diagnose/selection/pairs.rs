@@ -1,7 +1,7 @@
 //! Pairs of effects: each of the best single effects with every other.
 
 use crate::diagnose::initialisation::score_test::Promise;
-use crate::diagnose::initialisation::search_options::{FIXED, HIDDEN};
+use crate::diagnose::initialisation::search_options::{FIXED, HIDDEN, THOROUGH};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::variants::library;
@@ -76,6 +76,26 @@ pub(crate) fn held(
         }
     }
     Ok(pairs)
+}
+
+/// The most promising pairs with a leader that was fitted freely, the second effect searched for freely from there, best first: where
+/// what is believed of the reference model is far from the data, a search that holds it to that leads away from them.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn free(
+    screen: &Screen,
+    list: &[Choice],
+    leader: &FittedModel,
+    watch: &dyn Watch,
+) -> Result<Vec<FittedModel>, Error> {
+    let all = with(screen, &leader.choices[0], list, &[]);
+    let jobs = most_promising_first(screen, all, leader, watch)?;
+    let batch = &jobs[..jobs.len().min(BATCH)];
+    let mut found = screen.compete(batch, leader, THOROUGH, watch)?;
+    screen.polish(&mut found, watch)?;
+    screen.finish(&mut found, watch)?;
+    Ok(found)
 }
 
 /// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.

@@ -369,6 +369,14 @@ impl Exploration<'_> {
         leaders.extend(held);
         let found = pairs::held(self.screen, &self.list, &leaders, self.watch)?;
         self.screen.keep_better(&mut self.pairs, found);
+        let has_arrived = self.pairs.first().is_some_and(FittedModel::reaches_floor);
+        if let Some(free) = self.singles.first().filter(is_promising)
+            && !has_arrived
+            && !self.watch.stop()
+        {
+            let found = pairs::free(self.screen, &self.list, free, self.watch)?;
+            self.screen.keep_better(&mut self.pairs, found);
+        }
         self.screen.finish(&mut self.pairs, self.watch)
     }
 
