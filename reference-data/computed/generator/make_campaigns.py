@@ -213,7 +213,7 @@ def draw_misstated(rng):
 
 def shown(record, channel):
     """What a perfect sensor of the channel shows, m, m/s or m/s^2."""
-    return {"displacement": record.measured, "velocity": record.wd, "acceleration": record.acceleration}[channel]
+    return getattr(record, {"displacement": "measured", "velocity": "wd", "acceleration": "acceleration"}[channel])
 
 
 def run_effects(effects, run):
