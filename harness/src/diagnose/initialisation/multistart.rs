@@ -21,6 +21,12 @@ use crate::error::Error;
 /// noise.
 const FAR: f64 = 3.0;
 
+/// Jacobians for the reference model by itself: everything else starts from it, ...
+const CALIBRATION: usize = 40;
+/// ... and iterations in a row without a gain after which it ends, so that differences were taken to both sides: where some met a
+/// transition, calibrations of fresh campaigns stood at up to three times the objective that they reach so.
+const CALIBRATION_PATIENCE: usize = 3;
+
 /// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
 /// as their parameters allow.
 fn switched_off(
@@ -290,7 +296,8 @@ pub fn baseline(
     };
     let climb = FitOptions {
         belief,
-        ..FitOptions::search(CLIMB)
+        patience: CALIBRATION_PATIENCE,
+        ..FitOptions::search(CALIBRATION)
     };
     let question = ("baseline", segments, data.noise, &start, first_fit, climb);
     let fit = problem.finished.recall(&question, || {

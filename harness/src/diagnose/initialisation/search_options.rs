@@ -61,7 +61,7 @@ pub const THOROUGH: SearchOptions = SearchOptions {
     fixed_first_fits: false,
     belief: 1.0,
 };
-/// For hypotheses that a rival at the noise floor has all but ruled out, and for pairs.
+/// For hypotheses that a rival at the noise floor has all but ruled out, and a first look at the library.
 pub const BRIEF: SearchOptions = SearchOptions {
     first_fit: 2,
     first_fit_share: FIRST_FIT_SHARE,
@@ -70,12 +70,6 @@ pub const BRIEF: SearchOptions = SearchOptions {
     nuisances: Nuisances::Some,
     fixed_first_fits: true,
     belief: 1.0,
-};
-/// For effects of which one alone does not explain the data: the reference model is held to what is believed of it.
-pub const FIXED: SearchOptions = SearchOptions {
-    first_fit_share: 1.0,
-    belief: STRONG_PRIOR,
-    ..BRIEF
 };
 /// For a curve that nobody knows: short pieces first, which catch it from nothing, then with as many Jacobians as a start that is
 /// followed in a thorough search, the reference model held.

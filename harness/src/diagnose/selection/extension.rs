@@ -36,6 +36,9 @@ pub(crate) struct Extensions {
     pub fitted: Vec<FittedModel>,
     /// Effects that the score test does not speak of.
     pub untested: Vec<Vec<Choice>>,
+    /// Whether the test promises so much that the segments compared show it themselves. Nothing is fitted then, and all that the test
+    /// promises is untested: a search on those segments finds it at a fraction of the price.
+    pub is_visible: bool,
 }
 
 /// Tests every effect beside `leader` on all segments of the runs fitted, and fits those that could change the verdict to their
@@ -62,6 +65,7 @@ pub(crate) fn extend(
         tested: Vec::new(),
         fitted: Vec::new(),
         untested: Vec::new(),
+        is_visible: false,
     };
     let mut promising: Vec<(Vec<Choice>, Promise)> = Vec::new();
     for (choices, promise) in jobs.into_iter().zip(promises) {
@@ -72,6 +76,14 @@ pub(crate) fn extend(
         }
     }
     promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+    let share = screen.segments.len() as f64 / segments.len() as f64;
+    let most = promising.first().map_or(0.0, |(_, p)| p.gain);
+    if share * most > price + CLAIMED.ln() {
+        out.is_visible = true;
+        let seen = promising.into_iter().map(|(choices, _)| choices);
+        out.untested.extend(seen);
+        return Ok(Some(out));
+    }
     let base = on_all.fit.log_evidence;
     for batch in promising.chunks(BATCH) {
         let on_all = out.fitted.iter().filter_map(|m| m.full_refit.as_ref());

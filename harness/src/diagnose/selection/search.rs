@@ -6,14 +6,16 @@
 
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::{Promise, is_testable};
-use crate::diagnose::initialisation::search_options::{BRIEF, CURVE, FIXED, HIDDEN, STRONG_PRIOR};
+use crate::diagnose::initialisation::search_options::{
+    BRIEF, CURVE, HIDDEN, STRONG_PRIOR, THOROUGH,
+};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::extend;
+use crate::diagnose::selection::extension::{extend, one_more};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::tested::Tested;
@@ -48,8 +50,6 @@ pub(crate) struct Exploration<'a> {
     pub calibrated: FittedModel,
     /// Single effects and terms, best first.
     pub singles: Vec<FittedModel>,
-    /// Single effects beside a reference model held to what is believed of it, best first; empty until that was needed.
-    held: Vec<FittedModel>,
     /// The reference model held to what is believed of it, once that was needed.
     held_alone: Option<FittedModel>,
     /// Effects of the library that were not fitted yet, those first that a score test promises most of; `None` before they were
@@ -78,7 +78,13 @@ pub(crate) fn explore<'a>(
         // What could still be missing is weak: the score test below speaks of all that has a strength.
         jobs.retain(|choices| !is_testable(&problem.catalogue[choices[0].effect]));
     }
-    let singles = screen.compete(&jobs, &base, BRIEF, watch)?;
+    // Beside a model that explains the data an effect can only be weak.
+    let search = if base.reaches_floor() {
+        BRIEF
+    } else {
+        THOROUGH
+    };
+    let singles = screen.compete(&jobs, &base, search, watch)?;
     let mut found = Exploration {
         problem,
         screen,
@@ -87,7 +93,6 @@ pub(crate) fn explore<'a>(
         calibrated: screen.recalibrate(base.clone(), &singles)?,
         alone: base,
         singles,
-        held: Vec::new(),
         held_alone: None,
         library: None,
         pairs: Vec::new(),
@@ -95,7 +100,6 @@ pub(crate) fn explore<'a>(
     };
     watch.stage(stages::FURTHER);
     found.try_harder()?;
-    found.hold(&jobs)?;
     if !problem.place_is_told() && !found.is_settled()? {
         watch.stage(stages::LIBRARY);
         found.add_library_effects(LIBRARY_BATCH)?;
@@ -105,7 +109,9 @@ pub(crate) fn explore<'a>(
         found.finish_close()?;
         watch.stage(stages::EXTENSIONS);
         found.extend_leader()?;
-    } else if !problem.place_is_told() {
+    }
+    // What seemed adequate may have fallen on all segments.
+    if !found.is_adequate() && !problem.place_is_told() {
         // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
         watch.stage(stages::PAIRS);
         found.pair()?;
@@ -242,11 +248,18 @@ impl Exploration<'_> {
             let leader = leader.clone();
             self.tested = found.tested;
             let known = |choices: &Vec<Choice>| self.singles.iter().any(|s| s.choices == *choices);
-            let untested: Vec<Vec<Choice>> =
-                found.untested.into_iter().filter(|c| !known(c)).collect();
-            let hidden = self
+            let is_open =
+                |c: &Vec<Choice>| !known(c) && (!found.is_visible || self.adds_library_effect(c));
+            let untested: Vec<Vec<Choice>> = found.untested.into_iter().filter(is_open).collect();
+            let mut hidden = self
                 .screen
                 .compete(&untested, &leader, HIDDEN, self.watch)?;
+            if found.is_visible {
+                let all = self.search_beside(&leader)?;
+                self.tested
+                    .retain(|t| all.iter().all(|m| m.choices != t.choices));
+                self.screen.keep_better(&mut hidden, all);
+            }
             if !leader.choices.is_empty() {
                 self.screen.keep_better(&mut self.pairs, found.fitted);
                 self.screen.keep_better(&mut self.pairs, hidden);
@@ -259,20 +272,21 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// While nothing is adequate: the reference model is held to what is believed of it.
-    fn hold(&mut self, jobs: &[Vec<Choice>]) -> Result<(), Error> {
-        let screen = self.screen;
-        if self.problem.place_is_told() || self.watch.stop() || self.is_settled()? {
-            return Ok(());
-        }
-        let alone = self.held_alone()?;
-        self.held = screen.compete(jobs, &alone, FIXED, self.watch)?;
-        let freed = screen.freed(&self.held)?;
-        screen.keep_better(&mut self.singles, freed);
-        self.calibrated = screen.recalibrate(self.calibrated.clone(), &self.singles)?;
-        screen.lend_lines(&mut self.singles, &self.list)?;
-        screen.polish(&mut self.singles, self.watch)?;
-        self.restart()
+    /// Whether the last effect of a hypothesis is one of the library.
+    fn adds_library_effect(&self, choices: &[Choice]) -> bool {
+        let last = choices.last();
+        last.is_some_and(|c| is_library_effect(&self.problem.catalogue[c.effect].id))
+    }
+
+    /// Every further effect of the catalogue beside a hypothesis that looks adequate and leaves much: there, the score test is a hint and
+    /// does not order what it is silent on (a drag that the damping had taken the place of).
+    fn search_beside(&self, leader: &FittedModel) -> Result<Vec<FittedModel>, Error> {
+        let mut jobs = one_more(self.problem, &leader.choices);
+        jobs.retain(|choices| !self.adds_library_effect(choices));
+        let mut found = self.screen.compete(&jobs, leader, THOROUGH, self.watch)?;
+        self.screen.polish(&mut found, self.watch)?;
+        self.screen.finish(&mut found, self.watch)?;
+        Ok(found)
     }
 
     /// The reference model held to what is believed of it. What it leaves is due to what is missing, where a calibrated one
@@ -331,7 +345,7 @@ impl Exploration<'_> {
     /// not fitted yet, until one is adequate. A score test orders them. Far from the noise it can't tell more.
     fn add_library_effects(&mut self, most: usize) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
-        let alone = self.held_alone()?;
+        let alone = self.calibrated.clone();
         let mut jobs = match self.library.take() {
             Some(jobs) => jobs,
             None => self.most_promising(&alone, library(self.problem), usize::MAX)?,
@@ -339,10 +353,8 @@ impl Exploration<'_> {
         let later = jobs.split_off(most.min(jobs.len()));
         let mut found: Vec<FittedModel> = Vec::new();
         for batch in jobs.chunks(LIBRARY_BATCH) {
-            let held = screen.compete(batch, &alone, FIXED, watch)?;
-            let freed = screen.freed(&held)?;
-            screen.keep_better(&mut found, held);
-            screen.keep_better(&mut found, freed);
+            let new = screen.compete(batch, &alone, BRIEF, watch)?;
+            screen.keep_better(&mut found, new);
             if watch.stop() || found.first().is_some_and(FittedModel::reaches_floor) {
                 break;
             }
@@ -354,30 +366,17 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs of which neither is adequate alone.
+    /// Pairs of which neither is adequate alone, formed with the best single effects of the catalogue. What imitates much leads last, and only
+    /// where it is the best of all: values of its own along each run, and effects of the library.
     fn pair(&mut self) -> Result<(), Error> {
-        // The best of those fitted freely leads; then those that come nearest while the reference model is held.
-        let is_promising = |s: &&FittedModel| self.screen.is_promising(s);
-        let mut leaders: Vec<&FittedModel> = self
-            .singles
-            .first()
-            .filter(is_promising)
-            .into_iter()
-            .collect();
-        let known = |h: &&FittedModel| leaders.iter().all(|l| l.effects() != h.effects());
-        let held: Vec<&FittedModel> = self.held.iter().take(LEADERS).filter(known).collect();
-        leaders.extend(held);
-        let found = pairs::held(self.screen, &self.list, &leaders, self.watch)?;
+        let imitates =
+            |single: &&FittedModel| single.is_local() || self.adds_library_effect(&single.choices);
+        let known = self.singles.iter().filter(|single| !imitates(single));
+        let best = self.singles.first().filter(imitates);
+        let leaders: Vec<&FittedModel> = known.take(LEADERS).chain(best).collect();
+        let found = pairs::with_leaders(self.screen, &self.list, &leaders, self.watch)?;
         self.screen.keep_better(&mut self.pairs, found);
-        let has_arrived = self.pairs.first().is_some_and(FittedModel::reaches_floor);
-        if let Some(free) = self.singles.first().filter(is_promising)
-            && !has_arrived
-            && !self.watch.stop()
-        {
-            let found = pairs::free(self.screen, &self.list, free, self.watch)?;
-            self.screen.keep_better(&mut self.pairs, found);
-        }
-        self.screen.finish(&mut self.pairs, self.watch)
+        Ok(())
     }
 
     /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come
