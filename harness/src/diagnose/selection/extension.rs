@@ -21,6 +21,7 @@ use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::thresholds::{CLAIMED, TIE};
 use crate::error::Error;
 use crate::parallel::parallel;
+use crate::watch::Watch;
 
 /// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
 const BATCH: usize = 2;
@@ -36,9 +37,6 @@ pub(crate) struct Extensions {
     pub fitted: Vec<FittedModel>,
     /// Effects that the score test does not speak of.
     pub untested: Vec<Vec<Choice>>,
-    /// Whether the test promises so much that the segments compared show it themselves. Nothing is fitted then, and all that the test
-    /// promises is untested: a search on those segments finds it at a fraction of the price.
-    pub is_visible: bool,
 }
 
 /// Tests every effect beside `leader` on all segments of the runs fitted, and fits those that could change the verdict to their
@@ -51,22 +49,21 @@ pub(crate) fn extend(
     leader: &mut FittedModel,
 ) -> Result<Option<Extensions>, Error> {
     let problem = screen.problem;
-    if !full_refit::stands(problem, leader)? {
-        return Ok(None);
-    }
-    let on_all = leader.full_refit.as_ref().expect("fitted to all by now");
-    let segments = problem.copies(&problem.fit_segments(1));
     let jobs = one_more(problem, &leader.choices);
-    let on_screen = screen.at(leader)?;
-    let at = At::new(problem, &segments, on_all)?;
-    let promises = parallel(&jobs, |choices| promise(problem, choices, &on_screen, &at))?;
     let price = price(problem, leader.choices.len());
     let mut out = Extensions {
         tested: Vec::new(),
         fitted: Vec::new(),
         untested: Vec::new(),
-        is_visible: false,
     };
+    if !full_refit::stands(problem, leader)? {
+        return Ok(None);
+    }
+    let on_all = leader.full_refit.as_ref().expect("fitted to all by now");
+    let segments = problem.copies(&problem.fit_segments(1));
+    let on_screen = screen.at(leader)?;
+    let at = At::new(problem, &segments, on_all)?;
+    let promises = parallel(&jobs, |choices| promise(problem, choices, &on_screen, &at))?;
     let mut promising: Vec<(Vec<Choice>, Promise)> = Vec::new();
     for (choices, promise) in jobs.into_iter().zip(promises) {
         match promise {
@@ -76,14 +73,6 @@ pub(crate) fn extend(
         }
     }
     promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
-    let share = screen.segments.len() as f64 / segments.len() as f64;
-    let most = promising.first().map_or(0.0, |(_, p)| p.gain);
-    if share * most > price + CLAIMED.ln() {
-        out.is_visible = true;
-        let seen = promising.into_iter().map(|(choices, _)| choices);
-        out.untested.extend(seen);
-        return Ok(Some(out));
-    }
     let base = on_all.fit.log_evidence;
     for batch in promising.chunks(BATCH) {
         let on_all = out.fitted.iter().filter_map(|m| m.full_refit.as_ref());
@@ -102,6 +91,29 @@ pub(crate) fn extend(
     let places: Vec<usize> = (0..models.len()).collect();
     share_starts(problem, &mut models, &places)?;
     Ok(Some(out))
+}
+
+/// Those of `jobs`, each `leader` with one effect more, that a score test on the segments compared promises a claim of; `None` where it
+/// promises none.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn visible(
+    screen: &Screen,
+    jobs: &[Vec<Choice>],
+    leader: &FittedModel,
+    watch: &dyn Watch,
+) -> Result<Option<Vec<Vec<Choice>>>, Error> {
+    let price = price(screen.problem, leader.choices.len());
+    let promises = screen.promises(jobs, leader, watch)?;
+    let enough = |p: &Option<Promise>| p.as_ref().is_some_and(|p| p.gain > price + CLAIMED.ln());
+    let found: Vec<Vec<Choice>> = jobs
+        .iter()
+        .zip(&promises)
+        .filter(|(_, p)| enough(p))
+        .map(|(choices, _)| choices.clone())
+        .collect();
+    Ok((!found.is_empty()).then_some(found))
 }
 
 /// Price in nats of an effect more than so many, beyond that of its constants.

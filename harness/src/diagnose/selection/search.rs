@@ -15,7 +15,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::{extend, one_more};
+use crate::diagnose::selection::extension::{extend, one_more, visible};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::tested::Tested;
@@ -226,6 +226,7 @@ impl Exploration<'_> {
     /// A further effect may hide behind what is adequate, also behind the calibrated model itself, and then another behind that.
     fn extend_leader(&mut self) -> Result<(), Error> {
         let mut extended: Option<Vec<Choice>> = None;
+        let mut searched: Option<Vec<Choice>> = None;
         while !self.watch.stop() && !self.problem.place_is_told() {
             // On all segments once a score test has had some fitted to them.
             let on_all = extended.is_some();
@@ -241,25 +242,21 @@ impl Exploration<'_> {
             let Some(leader) = leader else {
                 return Ok(());
             };
+            if !on_all && searched.as_ref() != Some(&leader.choices) {
+                let leader = leader.clone();
+                if self.search_beside(&leader)? {
+                    return Ok(());
+                }
+                searched = Some(leader.choices);
+                continue;
+            }
             // A leader that falls when it is fitted to all segments is marked, so that the next one is looked at.
             let Some(found) = extend(self.screen, leader)? else {
                 continue;
             };
             let leader = leader.clone();
             self.tested = found.tested;
-            let known = |choices: &Vec<Choice>| self.singles.iter().any(|s| s.choices == *choices);
-            let is_open =
-                |c: &Vec<Choice>| !known(c) && (!found.is_visible || self.adds_library_effect(c));
-            let untested: Vec<Vec<Choice>> = found.untested.into_iter().filter(is_open).collect();
-            let mut hidden = self
-                .screen
-                .compete(&untested, &leader, HIDDEN, self.watch)?;
-            if found.is_visible {
-                let all = self.search_beside(&leader)?;
-                self.tested
-                    .retain(|t| all.iter().all(|m| m.choices != t.choices));
-                self.screen.keep_better(&mut hidden, all);
-            }
+            let hidden = self.hidden(found.untested, &leader)?;
             if !leader.choices.is_empty() {
                 self.screen.keep_better(&mut self.pairs, found.fitted);
                 self.screen.keep_better(&mut self.pairs, hidden);
@@ -272,21 +269,54 @@ impl Exploration<'_> {
         Ok(())
     }
 
+    /// Searches near a leader that looks adequate for effects more that were not found yet.
+    fn hidden(
+        &self,
+        mut jobs: Vec<Vec<Choice>>,
+        leader: &FittedModel,
+    ) -> Result<Vec<FittedModel>, Error> {
+        let is_new = |choices: &Vec<Choice>| {
+            let mut known = self.singles.iter().chain(&self.pairs);
+            known.all(|model| model.choices != *choices)
+        };
+        jobs.retain(is_new);
+        self.screen.compete(&jobs, leader, HIDDEN, self.watch)
+    }
+
+    /// Searches for a further effect beside a leader that looks adequate, where a score test on the segments compared promises enough on
+    /// these alone: there, the test is a hint and does not order what it is silent on (a drag that the damping had taken the place
+    /// of). Whether a pair was found that is more probable than the leader.
+    fn search_beside(&mut self, leader: &FittedModel) -> Result<bool, Error> {
+        let jobs = one_more(self.problem, &leader.choices);
+        let Some(visible) = visible(self.screen, &jobs, leader, self.watch)? else {
+            return Ok(false);
+        };
+        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = jobs
+            .into_iter()
+            .partition(|choices| self.adds_library_effect(choices));
+        let of_library = of_library.into_iter().filter(|c| visible.contains(c));
+        let mut found = self.hidden(of_library.collect(), leader)?;
+        let more = self
+            .screen
+            .compete(&of_catalogue, leader, THOROUGH, self.watch)?;
+        self.screen.keep_better(&mut found, more);
+        self.screen.polish(&mut found, self.watch)?;
+        self.screen.finish(&mut found, self.watch)?;
+        if leader.choices.is_empty() {
+            self.screen.keep_better(&mut self.singles, found);
+            return Ok(false);
+        }
+        self.screen.keep_better(&mut self.pairs, found);
+        let best = self.pairs.first().filter(|pair| pair.reaches_floor());
+        Ok(best.is_some_and(|pair| {
+            log_posterior(self.problem, pair) > log_posterior(self.problem, leader)
+        }))
+    }
+
     /// Whether the last effect of a hypothesis is one of the library.
     fn adds_library_effect(&self, choices: &[Choice]) -> bool {
         let last = choices.last();
         last.is_some_and(|c| is_library_effect(&self.problem.catalogue[c.effect].id))
-    }
-
-    /// Every further effect of the catalogue beside a hypothesis that looks adequate and leaves much: there, the score test is a hint and
-    /// does not order what it is silent on (a drag that the damping had taken the place of).
-    fn search_beside(&self, leader: &FittedModel) -> Result<Vec<FittedModel>, Error> {
-        let mut jobs = one_more(self.problem, &leader.choices);
-        jobs.retain(|choices| !self.adds_library_effect(choices));
-        let mut found = self.screen.compete(&jobs, leader, THOROUGH, self.watch)?;
-        self.screen.polish(&mut found, self.watch)?;
-        self.screen.finish(&mut found, self.watch)?;
-        Ok(found)
     }
 
     /// The reference model held to what is believed of it. What it leaves is due to what is missing, where a calibrated one
