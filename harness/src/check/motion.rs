@@ -6,36 +6,38 @@ use super::plateau::{Plateau, plateau};
 use super::thresholds::{LEAST_SPEED, WIDEST_BAND};
 use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{
-    amplitude, integral, measured_stick_velocity, quantile, standard_deviation, stick_velocity,
-    velocity,
+    StickDetection, amplitude, integral, measured_stick_velocity, quantile, resting_stick,
+    standard_deviation, stick_velocity, velocity,
 };
 
 /// What is measured in a run.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// Speed of the tip in its stick phases, m/s; `None` where no stick is seen.
+    /// Speed of the tip in its stick phases, m/s; `None` where no stick is seen. Of an acceleration, the one with which the
+    /// mean velocity of the tip is zero.
     pub stick_speed: Option<f64>,
     /// Share of the samples in stick, 1.
     pub stick_share: f64,
-    /// Range of the displacement, or of the integral of the velocity, without its outermost percent, m.
+    /// Range of the displacement, or of the integral of the velocity, measured or that of [`resting_stick`], without its outermost
+    /// percent, m.
     pub range: f64,
-    /// Mean displacement, m; `None` where a velocity was measured.
+    /// Mean displacement, m; `None` where something else was measured.
     pub mean: Option<f64>,
-    /// Standard deviation of what was measured, m or m/s.
+    /// Standard deviation of what was measured, m, m/s or m/s2.
     pub std: f64,
     /// Fastest speed but for the outermost percent, m/s.
     pub fastest: f64,
     /// Frequency of the free motion in slip, Hz.
     pub slip_frequency: Option<f64>,
-    /// Where what was measured itself rests, m or m/s, with the share of samples there.
+    /// Where what was measured itself rests, m, m/s or m/s2, with the share of samples there.
     pub rest: Option<(f64, f64)>,
     /// Where the integral of what was measured rests, m s or m: the stick speed, had an acceleration
     /// been measured.
     pub integral_rest: Option<f64>,
-    /// Where the derivative of what was measured rests, m/s or m/s2: the stick speed, had a
-    /// displacement been measured in place of a velocity.
+    /// Where the derivative of what was measured rests: the stick speed, had a displacement been
+    /// measured in place of a velocity or an acceleration.
     pub derivative_rest: Option<f64>,
-    /// Change of what was measured over the run by a straight line through it, m or m/s; 0 where
+    /// Change of what was measured over the run by a straight line through it, m, m/s or m/s2; 0 where
     /// the run is too short to tell.
     pub trend: f64,
 }
@@ -58,6 +60,7 @@ impl Motion {
         let h = half as f64;
         let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
         let slope_noise = run.noise.std * per_noise;
+        let mut resting = None;
         let (displacement, speed, speed_noise) = match run.measurand {
             Measurand::Displacement => {
                 let speed = velocity(time, values, half);
@@ -67,8 +70,18 @@ impl Motion {
                 let displacement = integral(time, values);
                 (Cow::Owned(displacement), values.clone(), run.noise.std)
             }
+            Measurand::Acceleration => {
+                resting = Some(resting_stick(time, values, 0.0, run.noise.std));
+                let relative = resting.iter().flat_map(|found| &found.velocity);
+                let mean = relative.clone().sum::<f64>() / values.len() as f64;
+                let speed: Vec<f64> = relative.map(|v| v - mean).collect();
+                (Cow::Owned(integral(time, &speed)), speed, 0.0)
+            }
         };
-        let stick = plateau(&speed, speed_noise);
+        let stick = match &resting {
+            Some(found) => at_rest(found, &speed),
+            None => plateau(&speed, speed_noise),
+        };
         let absolute: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
         let fastest = quantile(&absolute, 0.99);
         let clear = |p: &Plateau| p.value.abs() > (p.half / WIDEST_BAND).max(LEAST_SPEED * fastest);
@@ -76,6 +89,7 @@ impl Motion {
         let found = stick.as_ref().and_then(|p| match run.measurand {
             Measurand::Displacement => stick_velocity(time, values, &p.on),
             Measurand::Velocity => measured_stick_velocity(values, &p.on),
+            Measurand::Acceleration => measured_stick_velocity(&speed, &p.on),
         });
         let stick = stick.filter(|_| found.is_some());
         Motion {
@@ -84,7 +98,7 @@ impl Motion {
             range: 2.0 * amplitude(&displacement),
             mean: match run.measurand {
                 Measurand::Displacement => Some(values.iter().sum::<f64>() / values.len() as f64),
-                Measurand::Velocity => None,
+                Measurand::Velocity | Measurand::Acceleration => None,
             },
             std: standard_deviation(values),
             fastest,
@@ -93,13 +107,25 @@ impl Motion {
             integral_rest: plateau(&integral(time, values), 0.0).map(|p| p.value),
             derivative_rest: match run.measurand {
                 Measurand::Displacement => None,
-                Measurand::Velocity => {
+                Measurand::Velocity | Measurand::Acceleration => {
                     plateau(&velocity(time, values, half), slope_noise).map(|p| p.value)
                 }
             },
             trend: trend(time, values),
         }
     }
+}
+
+/// The stick of a measured acceleration as a plateau of the `speed` (m/s) that follows from it.
+fn at_rest(found: &StickDetection, speed: &[f64]) -> Option<Plateau> {
+    let first = found.sticks.iter().position(|on| *on)?;
+    let count = found.sticks.iter().filter(|on| **on).count();
+    Some(Plateau {
+        value: speed[first],
+        half: found.tolerance,
+        on: found.sticks.clone(),
+        share: count as f64 / speed.len() as f64,
+    })
 }
 
 /// Fewest times that a motion passes the straight line through it: five cycles. A piece of one

@@ -76,7 +76,7 @@ pub(in crate::observer) struct Problem<'a> {
     pub varying: Vec<VaryingNoise<'a>>,
     /// Variance of the measurement noise, in the square of what is measured.
     pub measurement_variance: f64,
-    /// What was measured, in m or m/s; NaN where missing.
+    /// What was measured, in m, m/s or m/s^2; NaN where missing.
     pub measured: &'a [f64],
     /// What else is known, sample by sample.
     pub known: Option<&'a [Known]>,

@@ -36,7 +36,9 @@ pub struct DiscreteModel {
     pub output: DVector<f64>,
     /// Row with `w_tip' = row z`, N, in 1/s.
     pub velocity: DVector<f64>,
-    /// What is measured: [`Self::output`] or [`Self::velocity`].
+    /// Row with `w_tip'' = row z`, N, in 1/s^2; the force passes through it at once.
+    pub acceleration: DVector<f64>,
+    /// What is measured: [`Self::output`], [`Self::velocity`] or [`Self::acceleration`].
     pub measures: Measurand,
     /// Index of the force state.
     pub force_index: usize,
@@ -57,6 +59,7 @@ impl DiscreteModel {
         match self.measures {
             Measurand::Displacement => &self.output,
             Measurand::Velocity => &self.velocity,
+            Measurand::Acceleration => &self.acceleration,
         }
     }
 }
@@ -92,6 +95,7 @@ impl Structure {
             noise: self.noise(force_model, sample_interval),
             output: self.output(force_model),
             velocity: self.velocity_output(force_model),
+            acceleration: self.acceleration_output(force_model),
             measures: Measurand::Displacement,
             force_index: 2 * self.modes.len(),
             force_scale: self.force_scale(),
@@ -177,6 +181,19 @@ impl Structure {
         for (j, mode) in self.modes.iter().enumerate() {
             c[2 * j + 1] = mode.tip_value * mode.rate();
         }
+        c
+    }
+
+    /// `w'' = sum phi_j (phi_j F / m_j - 2 D_j w_j q_j' - w_j^2 q_j)` over the scaled state.
+    fn acceleration_output(&self, force_model: ForceModel) -> DVector<f64> {
+        let force = 2 * self.modes.len();
+        let mut c = DVector::zeros(force + force_model.state_count());
+        for (j, mode) in self.modes.iter().enumerate() {
+            let w = mode.angular_frequency();
+            c[2 * j] = -mode.tip_value * w * w;
+            c[2 * j + 1] = -mode.tip_value * 2.0 * mode.damping_ratio * w * mode.rate();
+        }
+        c[force] = self.inverse_tip_mass() / self.force_scale();
         c
     }
 }
