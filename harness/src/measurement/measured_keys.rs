@@ -23,11 +23,7 @@ pub(super) type KeysOfAll = [MeasuredKeys; MEASURANDS.len()];
 impl Check<'_> {
     /// What the sensor measured, in the order of [`MEASURANDS`]: columns and scales of the run, and those of all runs. Keys of
     /// the run come before those of all runs; of one quantity alone there may be keys.
-    pub(super) fn measured(
-        &self,
-        of_run: KeysOfAll,
-        of_all: KeysOfAll,
-    ) -> Result<Measured, Error> {
+    pub(super) fn measured(&self, of_run: KeysOfAll, of_all: KeysOfAll) -> Result<Measured, Error> {
         let is_stated = |keys: &MeasuredKeys| keys.0.is_some() || keys.1.is_some();
         // Where the run names another quantity, the keys of all runs are not meant for it.
         let which = |keys: &KeysOfAll| -> Result<Option<usize>, Error> {

@@ -382,4 +382,6 @@ mod bad_input;
 #[cfg(test)]
 mod logger_files;
 #[cfg(test)]
+mod measured_acceleration;
+#[cfg(test)]
 mod measured_velocity;

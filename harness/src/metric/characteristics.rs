@@ -1,8 +1,8 @@
 //! The metrics of one motion, together.
 
 use super::{
-    StickDetection, amplitude, detect_stick, harmonics, measured_stick, period, resample, resting_stick,
-    stick_fraction,
+    StickDetection, amplitude, detect_stick, harmonics, measured_stick, period, resample,
+    resting_stick, stick_fraction,
 };
 use crate::measurement::Measurand;
 

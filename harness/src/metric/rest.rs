@@ -62,9 +62,7 @@ pub fn rest(acceleration: &[f64], noise: f64, shortest: usize) -> Option<Rest> {
             known = first + n;
         }
     }
-    trim(&mut on, |k| {
-        (acceleration[k] - offset).abs() > EDGE * noise
-    });
+    trim(&mut on, |k| (acceleration[k] - offset).abs() > EDGE * noise);
     let rested: Vec<f64> = (0..on.len())
         .filter(|k| on[*k] && acceleration[*k].is_finite())
         .map(|k| acceleration[k])
@@ -116,7 +114,11 @@ pub fn velocity_from_rest(time: &[f64], acceleration: &[f64], rest: Option<&Rest
     let rise = |k: usize| (time[k + 1] - time[k]) * 0.5 * (value(k) + value(k + 1));
     let mut out = vec![0.0; time.len()];
     for k in 1..time.len() {
-        out[k] = if rest.on[k] { 0.0 } else { out[k - 1] + rise(k - 1) };
+        out[k] = if rest.on[k] {
+            0.0
+        } else {
+            out[k - 1] + rise(k - 1)
+        };
     }
     let first = rest.on.iter().position(|on| *on).unwrap_or(0);
     for k in (0..first).rev() {
@@ -143,7 +145,10 @@ mod tests {
         let mut random = normal(5);
         let time: Vec<f64> = (0..6000).map(|i| f64::from(i) * STEP).collect();
         let swing = |t: f64| (t.rem_euclid(0.03) - 0.02).max(0.0) * TAU / 0.01;
-        let velocity: Vec<f64> = time.iter().map(|t| -0.1 * (1.0 - swing(*t).cos())).collect();
+        let velocity: Vec<f64> = time
+            .iter()
+            .map(|t| -0.1 * (1.0 - swing(*t).cos()))
+            .collect();
         let acceleration = time
             .iter()
             .map(|t| -0.1 * TAU / 0.01 * swing(*t).sin() + offset + noise * random())

@@ -160,7 +160,9 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
     let of_integral = match curves.measurand {
         Measurand::Displacement => "",
         Measurand::Velocity => " The displacement is the integral of the velocity, about its mean.",
-        Measurand::Acceleration => " The velocity is the integral of the acceleration from stick on, and the displacement that of the velocity, about its mean.",
+        Measurand::Acceleration => {
+            " The velocity is the integral of the acceleration from stick on, and the displacement that of the velocity, about its mean."
+        }
     };
     plot.thin_line(
         "measured",

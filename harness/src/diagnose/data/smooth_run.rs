@@ -93,22 +93,31 @@ pub fn smooth_run(
     Ok(smoothing)
 }
 
-/// Stretches of a measured acceleration in which the tip rests on the belt, for a quarter of a period of the first mode at least;
-/// `None` where something else was measured, and where no mode has a spring that would move a tip that does not stick.
+/// Stretches of a measured acceleration in which the tip rests on the belt, for a quarter of a period of the lowest mode or half a
+/// period of the highest at least: a tip that does not stick turns within that. `None` where something else was measured, and where
+/// no mode has a spring that would move it.
 fn rest_of(run: &Run, structure: &Structure, signal: &[f64], belt: Option<&[f64]>) -> Option<Rest> {
     if run.measurand != Measurand::Acceleration {
         return None;
     }
     let sprung = structure.modes().iter().filter(|mode| !mode.is_free());
-    let lowest = sprung.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+    let frequencies = sprung.map(|mode| mode.frequency_hz);
+    let (lowest, highest) = frequencies.fold((f64::INFINITY, 0.0), |(low, high), f| {
+        (f.min(low), f.max(high))
+    });
     let h = run.sample_interval();
-    let shortest = (0.25 / (lowest * h)).round() as usize;
+    let shortest = (0.25 / lowest).min(0.5 / highest) / h;
     let mut against_belt = signal.to_vec();
     if let Some(belt) = belt {
         let of_belt = differences(belt, h);
-        against_belt.iter_mut().zip(of_belt).for_each(|(a, b)| *a -= b);
+        against_belt
+            .iter_mut()
+            .zip(of_belt)
+            .for_each(|(a, b)| *a -= b);
     }
-    lowest.is_finite().then(|| rest(&against_belt, run.noise.std, shortest))?
+    lowest
+        .is_finite()
+        .then(|| rest(&against_belt, run.noise.std, shortest.round() as usize))?
 }
 
 /// Modal displacements and velocities, and displacement, velocity and acceleration of the tip.

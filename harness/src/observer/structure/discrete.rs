@@ -206,3 +206,49 @@ const GAUSS_LEGENDRE_8: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Source: the equation of motion `q'' = phi F / m - 2 D w q' - w^2 q`, solved by hand for each state.
+    #[test]
+    fn val_the_row_of_an_acceleration_is_the_equation_of_motion() {
+        let (phi, mass, frequencies, ratios) = ([2.0, -2.0], 0.427, [80.0, 510.0], [0.01, 0.02]);
+        let structure = Structure::cantilever(&frequencies, &ratios, mass).unwrap();
+        for force_model in [ForceModel::RandomWalk, ForceModel::IntegratedRandomWalk] {
+            let model = structure.discretise(force_model, 1e-5).unwrap();
+            let model = model.measuring(Measurand::Acceleration);
+            let measured = |z: &DVector<f64>| model.measured().dot(z);
+            let size = model.output.len();
+            for j in 0..2 {
+                let w = std::f64::consts::TAU * frequencies[j];
+                // Let go from a deflection of 1 mm, and at 1 m/s through the middle.
+                for (state, value, expected) in [
+                    (2 * j, 1e-3, -phi[j] * w * w * 1e-3),
+                    (2 * j + 1, 1.0 / w, -phi[j] * 2.0 * ratios[j] * w),
+                ] {
+                    let mut z = DVector::zeros(size);
+                    z[state] = value;
+                    let found = measured(&z);
+                    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+                }
+            }
+            // A force of 10 N on the beam at rest accelerates the tip at once, ...
+            let mut z = DVector::zeros(size);
+            z[model.force_index] = 10.0 * model.force_scale;
+            let expected = 10.0 * (phi[0] * phi[0] + phi[1] * phi[1]) / mass;
+            assert!((measured(&z) / expected - 1.0).abs() < 1e-12);
+            // ... and not where the deflection balances it.
+            for (j, mode) in structure.modes().iter().enumerate() {
+                z[2 * j] = 10.0 * mode.modal_compliance();
+            }
+            assert!(measured(&z).abs() < 1e-12 * expected);
+            // Beside steps of the exact motion it is the slope of the velocity.
+            let next = &model.transition * &z;
+            let later = &model.transition * &next;
+            let slope = (model.velocity.dot(&later) - model.velocity.dot(&z)) / 2e-5;
+            assert!((slope - measured(&next)).abs() < 1e-6 * expected);
+        }
+    }
+}
