@@ -116,15 +116,20 @@ impl Motion {
     }
 }
 
+/// Least share of the samples in stick from which an acceleration tells a speed: with less, most slips are followed
+/// through transitions that are too short to be seen.
+const LEAST_REST: f64 = 0.25;
+
 /// The stick of a measured acceleration as a plateau of the `speed` (m/s) that follows from it.
 fn at_rest(found: &StickDetection, speed: &[f64]) -> Option<Plateau> {
     let first = found.sticks.iter().position(|on| *on)?;
     let count = found.sticks.iter().filter(|on| **on).count();
-    Some(Plateau {
+    let share = count as f64 / speed.len() as f64;
+    (share >= LEAST_REST).then(|| Plateau {
         value: speed[first],
         half: found.tolerance,
         on: found.sticks.clone(),
-        share: count as f64 / speed.len() as f64,
+        share,
     })
 }
 

@@ -388,6 +388,9 @@ fn other_remedy(stated: Measurand, found: &str) -> &'static str {
     }
 }
 
+/// Standard deviations of the noise beyond which a value is told from zero.
+const TOLD: f64 = 4.0;
+
 /// Another quantity in place of the one stated: the signal itself, its integral or its derivative rests at the belt's speed.
 fn other_quantity(run: &Examined) -> Option<(&'static str, &'static str)> {
     let belt = run.run.belt_velocity;
@@ -400,7 +403,9 @@ fn other_quantity(run: &Examined) -> Option<(&'static str, &'static str)> {
     if share < REST_SHARE {
         return None;
     }
-    if stated != Measurand::Velocity && fits(rest) {
+    // The offset of an accelerometer lies within its noise, and a velocity is told from zero by far.
+    let is_told = stated != Measurand::Acceleration || rest.abs() > TOLD * run.run.noise.std;
+    if stated != Measurand::Velocity && is_told && fits(rest) {
         return Some(("velocity", "a velocity"));
     }
     if stated == Measurand::Acceleration {

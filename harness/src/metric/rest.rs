@@ -101,8 +101,9 @@ fn trim(on: &mut [bool], moves: impl Fn(usize) -> bool) {
 ///
 /// Each slip begins anew from rest, so that what noise and offset add up to stays that of one slip; integrated through the whole
 /// record it would drift by as much as the belt runs. Before the first rest it is integrated backwards. Where a slip ends, the
-/// acceleration jumps within one sample, so that the last sample of slip may be off by half of the jump times the interval.
-/// `time` in s. Without rest the velocity is the integral about its mean.
+/// acceleration jumps within one sample, so that the last sample of slip may be off by the jump times the interval. A slip that
+/// closes worse than that has transitions within that were too short to be seen, or a drift: what is left over is taken off
+/// evenly. `time` in s. Without rest the velocity is the integral about its mean.
 pub fn velocity_from_rest(time: &[f64], acceleration: &[f64], rest: Option<&Rest>) -> Vec<f64> {
     let Some(rest) = rest else {
         return super::integral(time, acceleration);
@@ -123,6 +124,21 @@ pub fn velocity_from_rest(time: &[f64], acceleration: &[f64], rest: Option<&Rest
     let first = rest.on.iter().position(|on| *on).unwrap_or(0);
     for k in (0..first).rev() {
         out[k] = out[k + 1] - rise(k);
+    }
+    let mut begin = first;
+    for end in first + 1..time.len() {
+        if !rest.on[end] {
+            continue;
+        }
+        // From the last sample of one rest to the first of the next.
+        let left_over = out[end - 1] + rise(end - 1);
+        let by_jump = (value(end - 1) * (time[end] - time[end - 1])).abs();
+        if end > begin + 1 && left_over.abs() > by_jump {
+            let rate = left_over / (time[end] - time[begin]);
+            let slip = begin + 1..end;
+            slip.for_each(|k| out[k] -= rate * (time[k] - time[begin]));
+        }
+        begin = end;
     }
     out
 }
