@@ -79,6 +79,10 @@ pub struct StickSlipSettings {
     /// For each sample, whether it is known to be in stick before anything is smoothed. An acceleration alone tells no
     /// velocity from which that could be found: the first round takes the phases from here.
     pub known_stick: Option<Vec<bool>>,
+    /// What the force is expected to be in N wherever the velocity is not held, and with what standard deviation in N each
+    /// sample tells that; `None` where nothing is expected. Needed where an acceleration was measured: a slow change of force
+    /// and of the deflection that balances it shows in that hardly at all.
+    pub expected_force: Option<(f64, f64)>,
     /// Standard deviation of the relative velocity in stick in m/s; 1/1000 of the belt velocity
     /// if `None`.
     pub velocity_std: Option<f64>,
@@ -101,6 +105,7 @@ impl Default for StickSlipSettings {
             smoother: Settings::default(),
             segments: SegmentSettings::default(),
             known_stick: None,
+            expected_force: None,
             velocity_std: None,
             rounds: 3,
             iterations: 30,
@@ -208,7 +213,7 @@ pub fn smooth_stick_slip(
         } else {
             (SEARCH_MARGIN, SEARCH_MARGIN, SEARCH_ITERATIONS)
         };
-        let held = held_velocity(
+        let mut held = held_velocity(
             &phases,
             belt,
             velocity_std,
@@ -216,6 +221,12 @@ pub fn smooth_stick_slip(
             before,
             after,
         );
+        if let Some((force, std)) = settings.expected_force {
+            let scale = record.model.force_scale;
+            let expected = Known::force(force * scale, (std * scale).powi(2));
+            let free = held.iter_mut().filter(|held| !held.is_something());
+            free.for_each(|held| *held = expected);
+        }
         let solution = learn_jumps(&record, levels, &held, iterations);
         stick_misfit = solution.held_misfit();
         let white = (
@@ -364,7 +375,7 @@ fn learn_block(
         let solution = kernel::smooth(&problem, learn);
         if learn {
             for k in 0..held.len() - 1 {
-                if !(held[k].is_something() && held[k + 1].is_something()) {
+                if !(held[k].holds() && held[k + 1].holds()) {
                     level[k] = (solution.increments[0][k] / record.sample_interval)
                         .max(LEAST_LEVEL * levels.intensity);
                 }

@@ -53,6 +53,7 @@ pub fn smooth_run(
             ..smoother_settings(run)
         },
         known_stick: resting.map(|rest| rest.on),
+        expected_force: expected_force(run, structure, friction),
         rounds: 2,
         iterations: 4,
         ..StickSlipSettings::default()
@@ -91,6 +92,25 @@ pub fn smooth_run(
         add(&mut smoothing.stick_slip.smoothed, modal, tip);
     }
     Ok(smoothing)
+}
+
+/// What an acceleration leaves open of the force, in N: the friction expected at the speed of the belt, known to no better than
+/// its size in a period of the lowest mode, and so in each sample of it less by the root of their number. `None` where something
+/// else was measured, which tells the motion by itself, and where no spring would turn a force into a deflection.
+fn expected_force(
+    run: &Run,
+    structure: &Structure,
+    friction: &dyn Fn(f64) -> f64,
+) -> Option<(f64, f64)> {
+    if run.measurand != Measurand::Acceleration || structure.is_free() {
+        return None;
+    }
+    let modes = structure.modes().iter();
+    let lowest = modes.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+    let samples = (1.0 / (lowest * run.sample_interval())).max(1.0);
+    let speed = run.belt_velocity;
+    let force = speed.signum() * friction(speed.abs()) * run.normal_force;
+    (force != 0.0 && force.is_finite()).then(|| (force, force.abs() * samples.sqrt()))
 }
 
 /// Stretches of a measured acceleration in which the tip rests on the belt, for a quarter of a period of the lowest mode or half a

@@ -62,6 +62,21 @@ impl Known {
         }
     }
 
+    /// Scaled force state in m with its variance.
+    pub fn force(value: f64, variance: f64) -> Known {
+        Known {
+            velocity: 0.0,
+            force: 1.0,
+            value,
+            variance,
+        }
+    }
+
+    /// Whether the velocity is known.
+    pub fn holds(&self) -> bool {
+        self.is_something() && self.velocity != 0.0
+    }
+
     pub fn is_something(&self) -> bool {
         !self.value.is_nan()
     }
