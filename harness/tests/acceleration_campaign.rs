@@ -166,7 +166,7 @@ fn commands_that_read_displacements_alone_refuse_accelerations() {
     let runs = motions(0.1);
     let runs: Vec<Vec<f64>> = runs.iter().map(|r| noisy(&r.acceleration, 1)).collect();
     write(folder.path(), &runs);
-    let output = stickslip(&["observe", "."], folder.path());
+    let output = stickslip(&["observe", "--campaign", ".", "run0.csv"], folder.path());
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stderr);
     for part in ["acceleration in m/s^2", "observe", "diagnose"] {

@@ -6,8 +6,8 @@ use super::plateau::{Plateau, plateau};
 use super::thresholds::{LEAST_SPEED, WIDEST_BAND};
 use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{
-    StickDetection, amplitude, integral, measured_stick_velocity, quantile, resting_stick,
-    standard_deviation, stick_velocity, velocity,
+    LEAST_REST, StickDetection, amplitude, integral, measured_stick_velocity, quantile,
+    resting_stick, standard_deviation, stick_velocity, velocity,
 };
 
 /// What is measured in a run.
@@ -74,8 +74,17 @@ impl Motion {
                 resting = Some(resting_stick(time, values, 0.0, run.noise.std));
                 let relative = resting.iter().flat_map(|found| &found.velocity);
                 let mean = relative.clone().sum::<f64>() / values.len() as f64;
-                let speed: Vec<f64> = relative.map(|v| v - mean).collect();
-                (Cow::Owned(integral(time, &speed)), speed, 0.0)
+                let mut speed: Vec<f64> = relative.map(|v| v - mean).collect();
+                let rested = resting.iter().flat_map(|found| &found.sticks);
+                let rested = rested.filter(|on| **on).count();
+                let mut displacement = integral(time, &speed);
+                if (rested as f64) < LEAST_REST * values.len() as f64 {
+                    // What drifts is not known: what is left is the motion about its mean over a period.
+                    let half = half_period(beam, interval);
+                    speed = about(&speed, half);
+                    displacement = about(&integral(time, &speed), half);
+                }
+                (Cow::Owned(displacement), speed, 0.0)
             }
         };
         let stick = match &resting {
@@ -115,10 +124,6 @@ impl Motion {
         }
     }
 }
-
-/// Least share of the samples in stick from which an acceleration tells a speed: with less, most slips are followed
-/// through transitions that are too short to be seen.
-const LEAST_REST: f64 = 0.25;
 
 /// The stick of a measured acceleration as a plateau of the `speed` (m/s) that follows from it.
 fn at_rest(found: &StickDetection, speed: &[f64]) -> Option<Plateau> {
@@ -175,6 +180,36 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     (xx > 0.0).then(|| xy / xx)
 }
 
+/// Mean over `half` samples to either side, as far as there are any.
+fn moving_mean(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    for value in values {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    (0..values.len())
+        .map(|i| {
+            let (from, to) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+/// The values about their mean over `half` samples to either side.
+fn about(values: &[f64], half: usize) -> Vec<f64> {
+    let means = moving_mean(values, half);
+    values.iter().zip(means).map(|(v, mean)| v - mean).collect()
+}
+
+/// Samples in half a period of the lowest natural frequency stated; as many as there may be where none is.
+fn half_period(beam: &BeamKnowledge, interval: f64) -> usize {
+    let stated = beam.natural_frequencies_hz.iter().copied();
+    let lowest = stated.filter(|f| *f > 0.0).fold(f64::INFINITY, f64::min);
+    match lowest.is_finite() {
+        true => ((0.5 / lowest / interval).round() as usize).max(HALF_WIDTHS.0),
+        false => usize::MAX / 2,
+    }
+}
+
 /// Frequency of the free motion, Hz. In slip, with friction that hardly changes,
 ///
 /// ```text
@@ -196,20 +231,8 @@ fn slip_frequency(
     let smoothed_over = above.fold(f64::INFINITY, f64::min).min(8.0 * lowest);
     let half = (0.5 / smoothed_over / run.sample_interval()) as usize;
     let half = half.clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
-    let mean = |values: &[f64]| -> Vec<f64> {
-        let mut sums = vec![0.0];
-        for value in values {
-            sums.push(sums[sums.len() - 1] + value);
-        }
-        (0..values.len())
-            .map(|i| {
-                let (from, to) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
-                (sums[to] - sums[from]) / (to - from) as f64
-            })
-            .collect()
-    };
-    let displacement = mean(displacement);
-    let acceleration = velocity(&run.time, &mean(speed), half);
+    let displacement = moving_mean(displacement, half);
+    let acceleration = velocity(&run.time, &moving_mean(speed, half), half);
     let in_slip = |i: &usize| {
         stick.is_none_or(|p| (speed[*i] - p.value).abs() > WELL_IN_SLIP * p.value.abs())
     };

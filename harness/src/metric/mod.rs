@@ -31,7 +31,7 @@ pub use resample::{interpolate, resample};
 pub use residual::{
     AlignedBlock, AlignedResidual, Block, Fit, ModelMotion, align, aligned_residual, blocks,
 };
-pub use rest::{Rest, rest, velocity_from_rest};
+pub use rest::{LEAST_REST, Rest, rest, velocity_from_rest};
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, measured_stick, resting_stick, stick_fraction};
 pub use stick_velocity::{MAD, StickVelocity, measured_stick_velocity, plateau, stick_velocity};

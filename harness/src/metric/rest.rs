@@ -18,6 +18,10 @@ const FEWEST_SAMPLES: usize = 6;
 /// Samples of slip beside the noise that end a stretch: beyond this many standard deviations of it.
 const EDGE: f64 = 4.0;
 
+/// Least share of the samples at rest from which an acceleration tells velocities and displacements throughout: with less, most
+/// slips are followed through transitions that are too short to be seen.
+pub const LEAST_REST: f64 = 0.25;
+
 /// Finds where the tip rests on the belt: stretches of at least `shortest` samples in which an `acceleration` (m/s^2, NaN where
 /// missing) is that of noise of the standard deviation `noise` (m/s^2) about an offset common to all.
 ///
