@@ -177,6 +177,43 @@ fn without_directions_the_motion_alone_comes_back() {
     }
 }
 
+// Source: central differences of the derivative of the velocity that the plain run gives at each time.
+#[test]
+fn val_an_acceleration_has_the_derivatives_of_the_motion() {
+    let times = times();
+    let slave = started(&setting());
+    let directions = [vec![("q[1]", 1.0)], vec![("friction.mu_0", 1.0)]];
+    let (values, slopes) = slave
+        .tangents(&times, "tip_acceleration", &directions)
+        .unwrap();
+    // Away from transitions, at which it jumps, it is the rate of the velocity and so are its derivatives.
+    let step = 1e-6;
+    let beside: Vec<f64> = times[1..]
+        .iter()
+        .flat_map(|t| [t - step, t + step])
+        .collect();
+    let all: Vec<f64> = std::iter::once(times[0]).chain(beside).collect();
+    let (velocity, rates) = slave.tangents(&all, "tip_velocity", &directions).unwrap();
+    let rate = |of: &[f64], k: usize| (of[2 * k] - of[2 * k - 1]) / (2.0 * step);
+    let size = values.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    let is_near = |a: f64, b: f64, scale: f64| (a - b).abs() < 1e-3 * scale;
+    let mut near = 0;
+    for k in 1..times.len() {
+        let agrees = is_near(values[k], rate(&velocity, k), size);
+        near += usize::from(agrees);
+        for (slopes, rates) in slopes.iter().zip(&rates) {
+            let largest = slopes.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+            let (slope, rate) = (slopes[k], rate(rates, k));
+            assert!(
+                !agrees || is_near(slope, rate, largest),
+                "{slope} {rate} at {}",
+                times[k]
+            );
+        }
+    }
+    assert!(near + 4 > times.len(), "{near} of {}", times.len());
+}
+
 #[test]
 fn several_changes_make_one_direction() {
     let times = times();

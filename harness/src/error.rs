@@ -314,7 +314,7 @@ pub enum Error {
         needed: usize,
     },
     /// Runs of one campaign that hold different quantities.
-    #[error("{}: run '{}' holds a {} and run '{}' a {}; the runs of a campaign hold one quantity: make a campaign of each", campaign.display(), first.0, first.1, other.0, other.1)]
+    #[error("{}: run '{}' measures the tip's {} and run '{}' its {}; the runs of a campaign hold one quantity: make a campaign of each", campaign.display(), first.0, first.1, other.0, other.1)]
     MixedQuantities {
         /// The campaign's folder.
         campaign: PathBuf,
@@ -325,7 +325,7 @@ pub enum Error {
     },
     /// A command that reads displacements was given another quantity.
     #[error(
-        "run '{run}' holds a tip {found} in {unit}, and `{command}` reads a tip displacement; `check`, `compare`, `diagnose` and `try` read velocities too"
+        "run '{run}' holds a tip {found} in {unit}, and `{command}` reads a tip displacement; `check`, `compare`, `diagnose` and `try` read velocities and accelerations too"
     )]
     NotADisplacement {
         /// The run.

@@ -90,6 +90,7 @@ enum Observed {
     Measured,
     Displacement,
     Velocity,
+    Acceleration,
 }
 
 impl Content {
@@ -146,6 +147,7 @@ impl Content {
             Quantity::MeasuredDisplacement => Ok(Observed::Measured),
             Quantity::TipDisplacement => Ok(Observed::Displacement),
             Quantity::TipVelocity => Ok(Observed::Velocity),
+            Quantity::TipAcceleration => Ok(Observed::Acceleration),
             _ => Err(Fault::Unsupported {
                 function: crate::lifecycle::Function::SetReal,
                 what: format!("derivatives of '{}' along a motion", variable.name),
@@ -266,13 +268,19 @@ impl Content {
         let mut row = [real(0.0); MAX_STATES];
         let shapes = run.model().beam().modes().iter().map(|m| m.tip_value);
         match observed {
-            Observed::Measured => {}
+            Observed::Measured | Observed::Acceleration => {}
             Observed::Displacement => shapes.enumerate().for_each(|(j, phi)| row[2 * j] = phi),
             Observed::Velocity => shapes.enumerate().for_each(|(j, phi)| row[2 * j + 1] = phi),
         }
         let mut out = Vec::with_capacity(times.len());
         let mut sample = |run: &mut Simulation, times: &[f64]| match observed {
             Observed::Measured => run.sample_measured(times, &mut out),
+            // Not linear in the state: friction passes through it at once.
+            Observed::Acceleration => times.iter().try_for_each(|time| {
+                run.advance_to(real(*time))?;
+                out.push(run.outputs().acceleration);
+                Ok(())
+            }),
             _ => run.sample(times, &row, real(0.0), &mut out),
         };
         let mut left = times;

@@ -103,11 +103,12 @@ const NEIGHBOURS: i32 = 6;
 fn prominence(run: &Examined, frequency: f64) -> Option<f64> {
     let interval = run.run.sample_interval();
     let record = run.run;
-    let speed = match record.measurand {
-        Measurand::Displacement => Cow::Owned(velocity(&record.time, &record.measured, 2)),
-        Measurand::Velocity => Cow::Borrowed(record.measured.as_slice()),
+    let rate = |values: &[f64]| velocity(&record.time, values, 2);
+    let acceleration = match record.measurand {
+        Measurand::Displacement => Cow::Owned(rate(&rate(&record.measured))),
+        Measurand::Velocity => Cow::Owned(rate(&record.measured)),
+        Measurand::Acceleration => Cow::Borrowed(record.measured.as_slice()),
     };
-    let acceleration = velocity(&run.run.time, &speed, 2);
     let spectrum = spectrum(&acceleration, interval);
     let step = *spectrum.frequency.get(1)?;
     let band = |middle: f64| {

@@ -6,36 +6,38 @@ use super::plateau::{Plateau, plateau};
 use super::thresholds::{LEAST_SPEED, WIDEST_BAND};
 use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{
-    amplitude, integral, measured_stick_velocity, quantile, standard_deviation, stick_velocity,
-    velocity,
+    LEAST_REST, StickDetection, amplitude, integral, measured_stick_velocity, quantile,
+    resting_stick, standard_deviation, stick_velocity, velocity,
 };
 
 /// What is measured in a run.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// Speed of the tip in its stick phases, m/s; `None` where no stick is seen.
+    /// Speed of the tip in its stick phases, m/s; `None` where no stick is seen. Of an acceleration, the one with which the
+    /// mean velocity of the tip is zero.
     pub stick_speed: Option<f64>,
     /// Share of the samples in stick, 1.
     pub stick_share: f64,
-    /// Range of the displacement, or of the integral of the velocity, without its outermost percent, m.
+    /// Range of the displacement, or of the integral of the velocity, measured or that of [`resting_stick`], without its outermost
+    /// percent, m.
     pub range: f64,
-    /// Mean displacement, m; `None` where a velocity was measured.
+    /// Mean displacement, m; `None` where something else was measured.
     pub mean: Option<f64>,
-    /// Standard deviation of what was measured, m or m/s.
+    /// Standard deviation of what was measured, m, m/s or m/s2.
     pub std: f64,
     /// Fastest speed but for the outermost percent, m/s.
     pub fastest: f64,
     /// Frequency of the free motion in slip, Hz.
     pub slip_frequency: Option<f64>,
-    /// Where what was measured itself rests, m or m/s, with the share of samples there.
+    /// Where what was measured itself rests, m, m/s or m/s2, with the share of samples there.
     pub rest: Option<(f64, f64)>,
     /// Where the integral of what was measured rests, m s or m: the stick speed, had an acceleration
     /// been measured.
     pub integral_rest: Option<f64>,
-    /// Where the derivative of what was measured rests, m/s or m/s2: the stick speed, had a
-    /// displacement been measured in place of a velocity.
+    /// Where the derivative of what was measured rests: the stick speed, had a displacement been
+    /// measured in place of a velocity or an acceleration.
     pub derivative_rest: Option<f64>,
-    /// Change of what was measured over the run by a straight line through it, m or m/s; 0 where
+    /// Change of what was measured over the run by a straight line through it, m, m/s or m/s2; 0 where
     /// the run is too short to tell.
     pub trend: f64,
 }
@@ -58,6 +60,7 @@ impl Motion {
         let h = half as f64;
         let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
         let slope_noise = run.noise.std * per_noise;
+        let mut resting = None;
         let (displacement, speed, speed_noise) = match run.measurand {
             Measurand::Displacement => {
                 let speed = velocity(time, values, half);
@@ -67,8 +70,27 @@ impl Motion {
                 let displacement = integral(time, values);
                 (Cow::Owned(displacement), values.clone(), run.noise.std)
             }
+            Measurand::Acceleration => {
+                resting = Some(resting_stick(time, values, 0.0, run.noise.std));
+                let relative = resting.iter().flat_map(|found| &found.velocity);
+                let mean = relative.clone().sum::<f64>() / values.len() as f64;
+                let mut speed: Vec<f64> = relative.map(|v| v - mean).collect();
+                let rested = resting.iter().flat_map(|found| &found.sticks);
+                let rested = rested.filter(|on| **on).count();
+                let mut displacement = integral(time, &speed);
+                if (rested as f64) < LEAST_REST * values.len() as f64 {
+                    // What drifts is not known: what is left is the motion about its mean over a period.
+                    let half = half_period(beam, interval);
+                    speed = about(&speed, half);
+                    displacement = about(&integral(time, &speed), half);
+                }
+                (Cow::Owned(displacement), speed, 0.0)
+            }
         };
-        let stick = plateau(&speed, speed_noise);
+        let stick = match &resting {
+            Some(found) => at_rest(found, &speed),
+            None => plateau(&speed, speed_noise),
+        };
         let absolute: Vec<f64> = speed.iter().map(|v| v.abs()).collect();
         let fastest = quantile(&absolute, 0.99);
         let clear = |p: &Plateau| p.value.abs() > (p.half / WIDEST_BAND).max(LEAST_SPEED * fastest);
@@ -76,6 +98,7 @@ impl Motion {
         let found = stick.as_ref().and_then(|p| match run.measurand {
             Measurand::Displacement => stick_velocity(time, values, &p.on),
             Measurand::Velocity => measured_stick_velocity(values, &p.on),
+            Measurand::Acceleration => measured_stick_velocity(&speed, &p.on),
         });
         let stick = stick.filter(|_| found.is_some());
         Motion {
@@ -84,7 +107,7 @@ impl Motion {
             range: 2.0 * amplitude(&displacement),
             mean: match run.measurand {
                 Measurand::Displacement => Some(values.iter().sum::<f64>() / values.len() as f64),
-                Measurand::Velocity => None,
+                Measurand::Velocity | Measurand::Acceleration => None,
             },
             std: standard_deviation(values),
             fastest,
@@ -93,13 +116,26 @@ impl Motion {
             integral_rest: plateau(&integral(time, values), 0.0).map(|p| p.value),
             derivative_rest: match run.measurand {
                 Measurand::Displacement => None,
-                Measurand::Velocity => {
+                Measurand::Velocity | Measurand::Acceleration => {
                     plateau(&velocity(time, values, half), slope_noise).map(|p| p.value)
                 }
             },
             trend: trend(time, values),
         }
     }
+}
+
+/// The stick of a measured acceleration as a plateau of the `speed` (m/s) that follows from it.
+fn at_rest(found: &StickDetection, speed: &[f64]) -> Option<Plateau> {
+    let first = found.sticks.iter().position(|on| *on)?;
+    let count = found.sticks.iter().filter(|on| **on).count();
+    let share = count as f64 / speed.len() as f64;
+    (share >= LEAST_REST).then(|| Plateau {
+        value: speed[first],
+        half: found.tolerance,
+        on: found.sticks.clone(),
+        share,
+    })
 }
 
 /// Fewest times that a motion passes the straight line through it: five cycles. A piece of one
@@ -144,6 +180,36 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     (xx > 0.0).then(|| xy / xx)
 }
 
+/// Mean over `half` samples to either side, as far as there are any.
+fn moving_mean(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    for value in values {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    (0..values.len())
+        .map(|i| {
+            let (from, to) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+/// The values about their mean over `half` samples to either side.
+fn about(values: &[f64], half: usize) -> Vec<f64> {
+    let means = moving_mean(values, half);
+    values.iter().zip(means).map(|(v, mean)| v - mean).collect()
+}
+
+/// Samples in half a period of the lowest natural frequency stated; as many as there may be where none is.
+fn half_period(beam: &BeamKnowledge, interval: f64) -> usize {
+    let stated = beam.natural_frequencies_hz.iter().copied();
+    let lowest = stated.filter(|f| *f > 0.0).fold(f64::INFINITY, f64::min);
+    match lowest.is_finite() {
+        true => ((0.5 / lowest / interval).round() as usize).max(HALF_WIDTHS.0),
+        false => usize::MAX / 2,
+    }
+}
+
 /// Frequency of the free motion, Hz. In slip, with friction that hardly changes,
 ///
 /// ```text
@@ -165,20 +231,8 @@ fn slip_frequency(
     let smoothed_over = above.fold(f64::INFINITY, f64::min).min(8.0 * lowest);
     let half = (0.5 / smoothed_over / run.sample_interval()) as usize;
     let half = half.clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
-    let mean = |values: &[f64]| -> Vec<f64> {
-        let mut sums = vec![0.0];
-        for value in values {
-            sums.push(sums[sums.len() - 1] + value);
-        }
-        (0..values.len())
-            .map(|i| {
-                let (from, to) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
-                (sums[to] - sums[from]) / (to - from) as f64
-            })
-            .collect()
-    };
-    let displacement = mean(displacement);
-    let acceleration = velocity(&run.time, &mean(speed), half);
+    let displacement = moving_mean(displacement, half);
+    let acceleration = velocity(&run.time, &moving_mean(speed, half), half);
     let in_slip = |i: &usize| {
         stick.is_none_or(|p| (speed[*i] - p.value).abs() > WELL_IN_SLIP * p.value.abs())
     };

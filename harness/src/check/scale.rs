@@ -157,14 +157,40 @@ const MISTAKES_WITH_VELOCITIES: [(&str, Factors, &str); 5] = [
     ),
 ];
 
+/// The mistakes that are made with accelerations; accelerometers are calibrated in g as often as in m/s2.
+const MISTAKES_WITH_ACCELERATIONS: [(&str, Factors, &str); 4] = [
+    (
+        "acceleration_in_g",
+        measured_in(9.806_65),
+        "the acceleration is in g",
+    ),
+    (
+        "acceleration_in_mm_per_s2",
+        measured_in(1e-3),
+        "the acceleration is in mm/s^2",
+    ),
+    (
+        "acceleration_scaled_twice",
+        measured_in(1e3),
+        "the acceleration is scaled from mm/s^2 to m/s^2 twice",
+    ),
+    (
+        "acceleration_scaled_twice",
+        measured_in(1.0 / 9.806_65),
+        "the acceleration is scaled from g to m/s^2 twice",
+    ),
+];
+
 /// The mistakes that may have been made in a run.
 fn mistakes(run: &Examined) -> Vec<(&'static str, Factors, &'static str)> {
+    let others = MISTAKES.into_iter().filter(|m| m.1.measured == 1.0);
     match run.run.measurand {
         Measurand::Displacement => MISTAKES.to_vec(),
-        Measurand::Velocity => {
-            let others = MISTAKES.into_iter().filter(|m| m.1.measured == 1.0);
-            MISTAKES_WITH_VELOCITIES.into_iter().chain(others).collect()
-        }
+        Measurand::Velocity => MISTAKES_WITH_VELOCITIES.into_iter().chain(others).collect(),
+        Measurand::Acceleration => MISTAKES_WITH_ACCELERATIONS
+            .into_iter()
+            .chain(others)
+            .collect(),
     }
 }
 
@@ -175,6 +201,10 @@ impl Factors {
         let (of_speed, of_range) = match run.run.measurand {
             Measurand::Displacement => (self.measured / self.time, self.measured),
             Measurand::Velocity => (self.measured, self.measured * self.time),
+            Measurand::Acceleration => {
+                let speed = self.measured * self.time;
+                (speed, speed * self.time)
+            }
         };
         let speed = of_speed / self.belt;
         let by_stick = run
@@ -249,7 +279,7 @@ pub fn scale(run: &Examined) -> Option<Finding> {
         ))
     };
     // What is no velocity need not contradict the belt's: displacements in m are small numbers.
-    let mistaken = run.run.measurand == Measurand::Velocity && other_quantity(run).is_some();
+    let mistaken = run.run.measurand != Measurand::Displacement && other_quantity(run).is_some();
     if !(contradicted || too_far || too_fast || mistaken) {
         return (stick_off && !too_far).then(|| {
             let remedy = "measure the belt's speed again; diagnose calibrates a common factor, not each run's own".to_owned();
@@ -341,30 +371,45 @@ fn other_remedy(stated: Measurand, found: &str) -> &'static str {
             "name its column with velocity_column in place of displacement_column, or name the column of the displacement"
         }
         (Measurand::Displacement, _) => {
-            "integrate it to a displacement in m, or name the column of the displacement with displacement_column"
+            "name its column with acceleration_column in place of displacement_column, or name the column of the displacement"
         }
         (Measurand::Velocity, "displacement") => {
             "name its column with displacement_column in place of velocity_column, or name the column of the velocity"
         }
         (Measurand::Velocity, _) => {
-            "integrate it to a velocity in m/s, or name the column of the velocity with velocity_column"
+            "name its column with acceleration_column in place of velocity_column, or name the column of the velocity"
+        }
+        (Measurand::Acceleration, "displacement") => {
+            "name its column with displacement_column in place of acceleration_column, or name the column of the acceleration"
+        }
+        (Measurand::Acceleration, _) => {
+            "name its column with velocity_column in place of acceleration_column, or name the column of the acceleration"
         }
     }
 }
+
+/// Standard deviations of the noise beyond which a value is told from zero.
+const TOLD: f64 = 4.0;
 
 /// Another quantity in place of the one stated: the signal itself, its integral or its derivative rests at the belt's speed.
 fn other_quantity(run: &Examined) -> Option<(&'static str, &'static str)> {
     let belt = run.run.belt_velocity;
     let fits = |value: f64| (value / belt - 1.0).abs() < FACTOR_FITS;
-    if run.run.measurand == Measurand::Velocity && run.motion.derivative_rest.is_some_and(fits) {
+    let stated = run.run.measurand;
+    if stated != Measurand::Displacement && run.motion.derivative_rest.is_some_and(fits) {
         return Some(("displacement", "a displacement"));
     }
     let (rest, share) = run.motion.rest?;
     if share < REST_SHARE {
         return None;
     }
-    if run.run.measurand == Measurand::Displacement && fits(rest) {
+    // The offset of an accelerometer lies within its noise, and a velocity is told from zero by far.
+    let is_told = stated != Measurand::Acceleration || rest.abs() > TOLD * run.run.noise.std;
+    if stated != Measurand::Velocity && is_told && fits(rest) {
         return Some(("velocity", "a velocity"));
+    }
+    if stated == Measurand::Acceleration {
+        return None;
     }
     let at_zero = rest.abs() < 0.1 * run.motion.std;
     (at_zero && run.motion.integral_rest.is_some_and(fits))

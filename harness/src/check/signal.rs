@@ -7,6 +7,7 @@ use super::thresholds::{
     SAMPLES_PER_PERIOD,
 };
 use crate::measurement::{BeamKnowledge, FaultKind, Measurand};
+use crate::metric::amplitude;
 
 /// Findings on one run; `timed` tells whether its times can be trusted.
 pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding> {
@@ -128,6 +129,7 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
     let range = match record.measurand {
         Measurand::Displacement => motion.range,
         Measurand::Velocity => 2.0 * motion.fastest,
+        Measurand::Acceleration => 2.0 * amplitude(&record.measured),
     };
     if motion.trend.abs() > DRIFT * range {
         say(

@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-/// Of a campaign of velocities, refuses effects that a sensor of displacements alone shows.
+/// Of a campaign of velocities or accelerations, refuses effects that a sensor of displacements alone shows.
 fn leave_out_blind(problem: &mut Problem, effects: &[usize]) -> Result<(), Error> {
     if problem.campaign.measurand() == Measurand::Displacement {
         return Ok(());
@@ -78,7 +78,10 @@ fn leave_out_blind(problem: &mut Problem, effects: &[usize]) -> Result<(), Error
         Some(&effect) => Err(Error::Option {
             option: "--add",
             value: problem.catalogue[effect].id.clone(),
-            rule: "can't act in this campaign: it does not move the tip, and what was measured is the tip's velocity; leave it out".into(),
+            rule: format!(
+                "can't act in this campaign: it does not move the tip, and what was measured is the tip's {}; leave it out",
+                problem.campaign.measurand().name()
+            ),
         }),
     }
 }

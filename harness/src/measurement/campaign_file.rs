@@ -98,9 +98,11 @@ struct RawChannels {
     time_column: Option<String>,
     displacement_column: Option<Spanned<String>>,
     velocity_column: Option<Spanned<String>>,
+    acceleration_column: Option<Spanned<String>>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
     velocity_scale: Option<Spanned<f64>>,
+    acceleration_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
     belt_velocity_column: Option<String>,
@@ -125,9 +127,11 @@ struct RawRun {
     time_column: Option<String>,
     displacement_column: Option<Spanned<String>>,
     velocity_column: Option<Spanned<String>>,
+    acceleration_column: Option<Spanned<String>>,
     time_scale: Option<Spanned<f64>>,
     displacement_scale: Option<Spanned<f64>>,
     velocity_scale: Option<Spanned<f64>>,
+    acceleration_scale: Option<Spanned<f64>>,
     delimiter: Option<Spanned<char>>,
     sample_rate_hz: Option<Spanned<f64>>,
     belt_velocity_column: Option<String>,
@@ -199,9 +203,11 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
             .clone()
             .map(|name| Spanned::new(0..0, name)),
         velocity_column: None,
+        acceleration_column: None,
         time_scale: None,
         displacement_scale: None,
         velocity_scale: None,
+        acceleration_scale: None,
         delimiter: None,
         sample_rate_hz: None,
         belt_velocity_column: None,
@@ -539,10 +545,12 @@ impl Check<'_> {
         let of_run = [
             (raw.displacement_column, raw.displacement_scale),
             (raw.velocity_column, raw.velocity_scale),
+            (raw.acceleration_column, raw.acceleration_scale),
         ];
         let of_all = [
             (common.displacement_column, common.displacement_scale),
             (common.velocity_column, common.velocity_scale),
+            (common.acceleration_column, common.acceleration_scale),
         ];
         let measured = self.measured(of_run, of_all)?;
         let stem = || {

@@ -164,10 +164,20 @@ const VELOCITY: Wanted = Wanted {
     unit: "m/s",
 };
 
+const ACCELERATION: Wanted = Wanted {
+    quantity: Quantity::Acceleration,
+    usual: ["tip_acceleration_m_per_s2", "tip_acceleration"],
+    plain: &[],
+    key: "acceleration_column",
+    scale_key: "acceleration_scale",
+    unit: "m/s^2",
+};
+
 fn of_motion(measurand: Measurand) -> &'static Wanted {
     match measurand {
         Measurand::Displacement => &DISPLACEMENT,
         Measurand::Velocity => &VELOCITY,
+        Measurand::Acceleration => &ACCELERATION,
     }
 }
 
@@ -206,7 +216,7 @@ struct Choice<'a> {
 
 impl Choice<'_> {
     /// What was measured at the tip, and its column. Where nothing is stated, a displacement, or, where the header has none, a
-    /// velocity that is not the belt's.
+    /// velocity that is not the belt's, or, where it has none of these either, an acceleration.
     fn measured(&self, channels: &Channels) -> Result<(Measurand, usize), Error> {
         let Measured {
             measurand, column, ..
@@ -221,8 +231,13 @@ impl Choice<'_> {
         }
         match self.column(&DISPLACEMENT, None) {
             Err(lacking @ Error::MissingColumn { .. }) => {
-                let found = self.tip_velocity(channels);
-                found.map_or(Err(lacking), |at| Ok((Measurand::Velocity, at)))
+                if let Some(at) = self.tip_velocity(channels) {
+                    return Ok((Measurand::Velocity, at));
+                }
+                match self.column(&ACCELERATION, None) {
+                    Err(Error::MissingColumn { .. }) => Err(lacking),
+                    found => Ok((Measurand::Acceleration, found?)),
+                }
             }
             found => Ok((Measurand::Displacement, found?)),
         }

@@ -87,7 +87,17 @@ const STEPS: f64 = 3.0;
 /// coarse recorder or a simulation shows equal samples there.
 pub(super) fn of_velocity(signal: &[f64], noise: &Noise, belt: f64) -> Vec<Fault> {
     let near = WITH_THE_BELT * belt.abs() + STEPS * noise.resolution;
-    let sticks = |fault: &Fault| (signal[fault.first] - belt).abs() <= near;
+    away_from(belt, near, signal, noise)
+}
+
+/// The faults of a measured acceleration (m/s^2): in stick on a belt of constant speed it stays at zero.
+pub(super) fn of_acceleration(signal: &[f64], noise: &Noise) -> Vec<Fault> {
+    away_from(0.0, STEPS * noise.resolution, signal, noise)
+}
+
+/// The faults but those within `near` of the value that stick has.
+fn away_from(in_stick: f64, near: f64, signal: &[f64], noise: &Noise) -> Vec<Fault> {
+    let sticks = |fault: &Fault| (signal[fault.first] - in_stick).abs() <= near;
     let mut faults = find(signal, noise);
     faults.retain(|fault| !sticks(fault));
     faults

@@ -14,6 +14,8 @@ pub enum Measurand {
     Displacement,
     /// Velocity w' in m/s: a vibrometer.
     Velocity,
+    /// Acceleration w'' in m/s^2: an accelerometer.
+    Acceleration,
 }
 
 impl Measurand {
@@ -22,6 +24,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "displacement",
             Measurand::Velocity => "velocity",
+            Measurand::Acceleration => "acceleration",
         }
     }
 
@@ -30,6 +33,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "m",
             Measurand::Velocity => "m/s",
+            Measurand::Acceleration => "m/s^2",
         }
     }
 
@@ -38,6 +42,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "mm",
             Measurand::Velocity => "mm/s",
+            Measurand::Acceleration => "mm/s^2",
         }
     }
 
@@ -46,6 +51,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "w",
             Measurand::Velocity => "w'",
+            Measurand::Acceleration => "w''",
         }
     }
 
@@ -54,6 +60,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "displacement_column",
             Measurand::Velocity => "velocity_column",
+            Measurand::Acceleration => "acceleration_column",
         }
     }
 
@@ -62,6 +69,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "displacement_scale",
             Measurand::Velocity => "velocity_scale",
+            Measurand::Acceleration => "acceleration_scale",
         }
     }
 
@@ -70,6 +78,7 @@ impl Measurand {
         match self {
             Measurand::Displacement => "tip_displacement_m",
             Measurand::Velocity => "tip_velocity_m_per_s",
+            Measurand::Acceleration => "tip_acceleration_m_per_s2",
         }
     }
 }
@@ -88,6 +97,11 @@ pub enum NoiseStd {
         /// In m/s.
         noise_std_m_per_s: f64,
     },
+    /// Of an acceleration.
+    Acceleration {
+        /// In m/s^2.
+        noise_std_m_per_s2: f64,
+    },
 }
 
 impl NoiseStd {
@@ -98,6 +112,9 @@ impl NoiseStd {
             Measurand::Velocity => Self::Velocity {
                 noise_std_m_per_s: std,
             },
+            Measurand::Acceleration => Self::Acceleration {
+                noise_std_m_per_s2: std,
+            },
         }
     }
 
@@ -107,6 +124,9 @@ impl NoiseStd {
             Self::Displacement { noise_std_m: std }
             | Self::Velocity {
                 noise_std_m_per_s: std,
+            }
+            | Self::Acceleration {
+                noise_std_m_per_s2: std,
             } => std,
         }
     }

@@ -11,23 +11,26 @@ use crate::error::Error;
 pub(super) type MeasuredKeys = (Option<Spanned<String>>, Option<Spanned<f64>>);
 
 /// What a run may hold.
-const MEASURANDS: [Measurand; 2] = [Measurand::Displacement, Measurand::Velocity];
+const MEASURANDS: [Measurand; 3] = [
+    Measurand::Displacement,
+    Measurand::Velocity,
+    Measurand::Acceleration,
+];
+
+/// The keys of each of [`MEASURANDS`].
+pub(super) type KeysOfAll = [MeasuredKeys; MEASURANDS.len()];
 
 impl Check<'_> {
     /// What the sensor measured, in the order of [`MEASURANDS`]: columns and scales of the run, and those of all runs. Keys of
     /// the run come before those of all runs; of one quantity alone there may be keys.
-    pub(super) fn measured(
-        &self,
-        of_run: [MeasuredKeys; 2],
-        of_all: [MeasuredKeys; 2],
-    ) -> Result<Measured, Error> {
+    pub(super) fn measured(&self, of_run: KeysOfAll, of_all: KeysOfAll) -> Result<Measured, Error> {
         let is_stated = |keys: &MeasuredKeys| keys.0.is_some() || keys.1.is_some();
         // Where the run names another quantity, the keys of all runs are not meant for it.
-        let which = |keys: &[MeasuredKeys; 2]| -> Result<Option<usize>, Error> {
-            match (is_stated(&keys[0]), is_stated(&keys[1])) {
-                (true, true) => Err(self.two_quantities(keys)),
-                (false, false) => Ok(None),
-                (first, _) => Ok(Some(usize::from(!first))),
+        let which = |keys: &KeysOfAll| -> Result<Option<usize>, Error> {
+            let mut stated = (0..keys.len()).filter(|i| is_stated(&keys[*i]));
+            match (stated.next(), stated.next()) {
+                (Some(first), Some(second)) => Err(self.two_quantities(keys, [first, second])),
+                (found, _) => Ok(found),
             }
         };
         let (own, common) = (which(&of_run)?, which(&of_all)?);
@@ -53,7 +56,7 @@ impl Check<'_> {
     }
 
     /// The error of keys for two quantities at once.
-    fn two_quantities(&self, keys: &[MeasuredKeys; 2]) -> Error {
+    fn two_quantities(&self, keys: &KeysOfAll, which: [usize; 2]) -> Error {
         let of = |i: usize| match (&keys[i].0, &keys[i].1) {
             (Some(column), _) => {
                 let key = MEASURANDS[i].column_key();
@@ -65,7 +68,7 @@ impl Check<'_> {
             }
             (None, None) => (String::new(), 0..0),
         };
-        let (first, second) = (of(0), of(1));
+        let [first, second] = which.map(of);
         Error::CampaignFile {
             path: self.path.to_owned(),
             line: line_of(self.text, second.1),

@@ -288,6 +288,7 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
     let faults = match measurand {
         Measurand::Displacement => faults::find(&measured, &noise),
         Measurand::Velocity => faults::of_velocity(&measured, &noise, belt_velocity),
+        Measurand::Acceleration => faults::of_acceleration(&measured, &noise),
     };
     let lost: usize = faults.iter().map(|fault| fault.samples).sum();
     if let Some(fault) = faults.iter().max_by_key(|fault| fault.samples)
@@ -380,5 +381,7 @@ fn input_signals(
 mod bad_input;
 #[cfg(test)]
 mod logger_files;
+#[cfg(test)]
+mod measured_acceleration;
 #[cfg(test)]
 mod measured_velocity;

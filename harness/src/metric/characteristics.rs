@@ -2,7 +2,7 @@
 
 use super::{
     StickDetection, amplitude, detect_stick, harmonics, measured_stick, period, resample,
-    stick_fraction,
+    resting_stick, stick_fraction,
 };
 use crate::measurement::Measurand;
 
@@ -16,7 +16,7 @@ pub struct Characteristics {
     pub period: Option<f64>,
     /// Autocorrelation at the period, 1.
     pub regularity: Option<f64>,
-    /// Peak amplitude, in the unit of what is measured (m or m/s).
+    /// Peak amplitude, in the unit of what is measured (m, m/s or m/s^2).
     pub amplitude: f64,
     /// Share of time in stick, 1.
     pub stick_fraction: f64,
@@ -24,8 +24,8 @@ pub struct Characteristics {
     pub harmonics: Vec<f64>,
 }
 
-/// Characterises a record of a displacement or velocity: `time` in s, `values` and the standard deviation `noise` of their
-/// noise (0 for a model) in m or m/s, `belt_velocity` in m/s. An amplitude within five standard deviations of the noise is no oscillation.
+/// Characterises a record of a displacement, velocity or acceleration: `time` in s, `values` and the standard deviation `noise` of their
+/// noise (0 for a model) in that unit, `belt_velocity` in m/s. An amplitude within five standard deviations of the noise is no oscillation.
 pub fn characteristics(
     time: &[f64],
     (measurand, values): (Measurand, &[f64]),
@@ -64,5 +64,6 @@ pub fn stick_of(
     match measurand {
         Measurand::Displacement => detect_stick(time, values, belt_velocity, noise),
         Measurand::Velocity => measured_stick(values, belt_velocity, noise),
+        Measurand::Acceleration => resting_stick(time, values, belt_velocity, noise),
     }
 }

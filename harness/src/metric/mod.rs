@@ -13,6 +13,7 @@ mod nrmse;
 mod period;
 mod resample;
 mod residual;
+mod rest;
 mod spectrum;
 mod stick;
 mod stick_velocity;
@@ -30,7 +31,8 @@ pub use resample::{interpolate, resample};
 pub use residual::{
     AlignedBlock, AlignedResidual, Block, Fit, ModelMotion, align, aligned_residual, blocks,
 };
+pub use rest::{LEAST_REST, Rest, rest, velocity_from_rest};
 pub use spectrum::{Spectrum, harmonics, spectrum};
-pub use stick::{StickDetection, detect_stick, measured_stick, stick_fraction};
+pub use stick::{StickDetection, detect_stick, measured_stick, resting_stick, stick_fraction};
 pub use stick_velocity::{MAD, StickVelocity, measured_stick_velocity, plateau, stick_velocity};
 pub use velocity::velocity;

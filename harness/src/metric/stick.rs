@@ -1,5 +1,7 @@
 //! Where a measured motion sticks to the belt.
 
+use super::amplitude::standard_deviation;
+use super::rest::{rest, velocity_from_rest};
 use super::velocity::velocity;
 
 /// Stick and slip of a displacement record.
@@ -53,6 +55,33 @@ pub fn measured_stick(velocity: &[f64], belt_velocity: f64, noise: f64) -> Stick
     let rms = (squares / velocity.len() as f64).sqrt();
     let tolerance = (NARROWEST * belt_velocity.abs().max(rms)).max(NOISE_BAND * noise);
     within(velocity.to_vec(), belt_velocity, tolerance)
+}
+
+/// The same from a measured `acceleration` (m/s^2) over `time` (s), whose noise has the standard deviation `noise` (m/s^2): stick
+/// is where it rests ([`rest`]) for half a period of the second mode of the nominal beam, the velocity there the belt's, and
+/// elsewhere what it becomes from there ([`velocity_from_rest`]). A model's record without noise rests within a hundredth of its
+/// standard deviation.
+pub fn resting_stick(
+    time: &[f64],
+    acceleration: &[f64],
+    belt_velocity: f64,
+    noise: f64,
+) -> StickDetection {
+    let n = time.len();
+    let interval = (time[n - 1] - time[0]) / (n - 1) as f64;
+    let shortest = (2.0 * LONGEST_SMOOTHING / interval).round() as usize;
+    let resolved = noise.max(NARROWEST / NOISE_BAND * standard_deviation(acceleration));
+    let found = rest(acceleration, resolved, shortest);
+    let mut velocity = velocity_from_rest(time, acceleration, found.as_ref());
+    if found.is_some() {
+        velocity.iter_mut().for_each(|v| *v += belt_velocity);
+    }
+    let rms = (velocity.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt();
+    StickDetection {
+        sticks: found.map_or_else(|| vec![false; n], |rest| rest.on),
+        velocity,
+        tolerance: NARROWEST * belt_velocity.abs().max(rms),
+    }
 }
 
 /// Stick where the velocity is within a band around the belt's.

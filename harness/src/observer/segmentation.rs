@@ -128,6 +128,26 @@ pub fn segments(
     ))
 }
 
+/// The phases of a record whose samples in `stick` are known, as those of [`segments`]; certain throughout.
+///
+/// # Errors
+/// [`ObserverError::LengthMismatch`] where not every sample has a flag.
+pub(super) fn phases_of(
+    time: &[f64],
+    relative_velocity: &[f64],
+    stick: &[bool],
+) -> Result<Vec<Phase>, ObserverError> {
+    if stick.len() != time.len() {
+        return Err(ObserverError::LengthMismatch {
+            what: "samples known to be in stick",
+            expected: time.len(),
+            found: stick.len(),
+        });
+    }
+    let certain: Vec<f64> = stick.iter().map(|s| f64::from(u8::from(*s))).collect();
+    Ok(phases(time, relative_velocity, stick, &certain))
+}
+
 /// Log odds of stick against slip per sample, and of staying against changing.
 struct Chain {
     log_odds: Vec<f64>,

@@ -21,7 +21,7 @@ use std::borrow::Cow;
 
 use super::error::ObserverError;
 use super::kernel::{self, Known, Problem, Solution, VaryingNoise};
-use super::segmentation::{Phase, PhaseMode, SegmentSettings, segments};
+use super::segmentation::{Phase, PhaseMode, SegmentSettings, phases_of, segments};
 use super::smoother::{Levels, Record, Settings, Smoothed};
 use super::structure::{ForceModel, Structure};
 use crate::measurement::Measurand;
@@ -76,6 +76,13 @@ pub struct StickSlipSettings {
     pub smoother: Settings,
     /// How phases are found.
     pub segments: SegmentSettings,
+    /// For each sample, whether it is known to be in stick before anything is smoothed. An acceleration alone tells no
+    /// velocity from which that could be found: the first round takes the phases from here.
+    pub known_stick: Option<Vec<bool>>,
+    /// What the force is expected to be in N wherever the velocity is not held, and with what standard deviation in N each
+    /// sample tells that; `None` where nothing is expected. Needed where an acceleration was measured: a slow change of force
+    /// and of the deflection that balances it shows in that hardly at all.
+    pub expected_force: Option<(f64, f64)>,
     /// Standard deviation of the relative velocity in stick in m/s; 1/1000 of the belt velocity
     /// if `None`.
     pub velocity_std: Option<f64>,
@@ -97,6 +104,8 @@ impl Default for StickSlipSettings {
         Self {
             smoother: Settings::default(),
             segments: SegmentSettings::default(),
+            known_stick: None,
+            expected_force: None,
             velocity_std: None,
             rounds: 3,
             iterations: 30,
@@ -155,9 +164,9 @@ const BLOCK: usize = 200_000;
 /// Samples smoothed beyond either end of a block.
 const OVERLAP: usize = 5_000;
 
-/// Smooths a displacement, or velocity ([`Settings::measurand`]), caused by stick-slip on a belt of known speed.
+/// Smooths a displacement, velocity or acceleration ([`Settings::measurand`]), caused by stick-slip on a belt of known speed.
 ///
-/// `sample_interval` in s; `displacement` in m (m/s) at the tip, NaN where a sample is missing; the belt
+/// `sample_interval` in s; `displacement` in m (m/s, m/s^2) at the tip, NaN where a sample is missing; the belt
 /// velocity positive in the direction of positive displacement.
 pub fn smooth_stick_slip(
     structure: &Structure,
@@ -190,7 +199,10 @@ pub fn smooth_stick_slip(
             settings.smoother.measurand,
             velocity_std,
         );
-        phases = segments(&time, &relative, &std, &settings.segments)?;
+        phases = match &settings.known_stick {
+            Some(stick) if round == 0 => phases_of(&time, &relative, stick)?,
+            _ => segments(&time, &relative, &std, &settings.segments)?,
+        };
         let last = round + 1 >= settings.rounds;
         let (before, after, iterations) = if last {
             (
@@ -201,7 +213,7 @@ pub fn smooth_stick_slip(
         } else {
             (SEARCH_MARGIN, SEARCH_MARGIN, SEARCH_ITERATIONS)
         };
-        let held = held_velocity(
+        let mut held = held_velocity(
             &phases,
             belt,
             velocity_std,
@@ -209,6 +221,12 @@ pub fn smooth_stick_slip(
             before,
             after,
         );
+        if let Some((force, std)) = settings.expected_force {
+            let scale = record.model.force_scale;
+            let expected = Known::force(force * scale, (std * scale).powi(2));
+            let free = held.iter_mut().filter(|held| !held.is_something());
+            free.for_each(|held| *held = expected);
+        }
         let solution = learn_jumps(&record, levels, &held, iterations);
         stick_misfit = solution.held_misfit();
         let white = (
@@ -256,12 +274,14 @@ pub(super) fn smooth_fixed(
     Ok(record.unscale(&solution, levels))
 }
 
-/// Standard deviation in m/s by which a relative velocity is told from zero. A measured velocity is known far better than that of
-/// the belt, so that what the belt may be off by counts too.
+/// Standard deviation in m/s by which a relative velocity is told from zero. A measured velocity, or one held in stick and
+/// followed by a measured acceleration, is known far better than that of the belt, so that what the belt may be off by counts too.
 fn in_stick(smoothed: &[f64], measurand: Measurand, held: f64) -> Cow<'_, [f64]> {
     match measurand {
         Measurand::Displacement => Cow::Borrowed(smoothed),
-        Measurand::Velocity => smoothed.iter().map(|std| std.hypot(held)).collect(),
+        Measurand::Velocity | Measurand::Acceleration => {
+            smoothed.iter().map(|std| std.hypot(held)).collect()
+        }
     }
 }
 
@@ -355,7 +375,7 @@ fn learn_block(
         let solution = kernel::smooth(&problem, learn);
         if learn {
             for k in 0..held.len() - 1 {
-                if !(held[k].is_something() && held[k + 1].is_something()) {
+                if !(held[k].holds() && held[k + 1].holds()) {
                     level[k] = (solution.increments[0][k] / record.sample_interval)
                         .max(LEAST_LEVEL * levels.intensity);
                 }

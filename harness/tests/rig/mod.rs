@@ -25,6 +25,7 @@ pub struct Record {
     pub sample_interval: f64,
     pub displacement: Vec<f64>,
     pub velocity: Vec<f64>,
+    pub acceleration: Vec<f64>,
     pub force: Vec<f64>,
     /// 0 stick, -1 or +1 slip of that sign.
     pub mode: Vec<i8>,
@@ -150,6 +151,7 @@ impl Rig {
             sample_interval: 1.0 / rate,
             displacement: Vec::with_capacity(count),
             velocity: Vec::with_capacity(count),
+            acceleration: Vec::with_capacity(count),
             force: Vec::with_capacity(count),
             mode: Vec::with_capacity(count),
             transitions: Vec::new(),
@@ -164,6 +166,8 @@ impl Rig {
                     .sum();
                 out.displacement.push(w);
                 out.velocity.push(self.tip_velocity(&x));
+                let rates = self.rates(&x, mode);
+                out.acceleration.push(self.tip_velocity(&rates));
                 out.force.push(self.force(&x, mode));
                 out.mode.push(mode);
             }

@@ -59,14 +59,14 @@ impl Beside<'_> {
         let interval = self.run.sample_interval();
         model_run(
             self.fmu,
-            &self.run.name,
+            self.run,
             &point,
             (interval, steps),
             Some(&self.drive),
         )
     }
 
-    /// Model minus record over the first samples, m or m/s.
+    /// Model minus record over the first samples, m, m/s or m/s^2.
     fn error(&self, start: [f64; 2], time: &[f64]) -> Result<Vec<f64>, Error> {
         let interval = self.run.sample_interval();
         let steps = (time[time.len() - 1] / interval).ceil() as usize + 1;
@@ -89,10 +89,11 @@ impl Beside<'_> {
         let slope = velocity(&time[..ends], &first[..ends], HALF_WIDTH)[0];
         let size = SLOPE * standard_deviation(&run.measured);
         let samples = 10.0 * run.sample_interval();
-        // A velocity does not tell where the tip is: the fit begins at rest.
+        // A velocity does not tell where the tip is, an acceleration not even how fast: the fit begins at rest.
         let (mut start, steps) = match run.measurand {
             Measurand::Displacement => ([first[0], slope], [size, size / samples]),
             Measurand::Velocity => ([0.0, first[0]], [size * samples, size]),
+            Measurand::Acceleration => ([0.0; 2], [size * samples * samples, size * samples]),
         };
         let mut error = self.error(start, &time)?;
         if !(size > 0.0) {

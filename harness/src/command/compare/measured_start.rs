@@ -4,7 +4,7 @@ use crate::diagnose::model::friction_prior::StartFriction;
 use crate::diagnose::model::hypothesis::structure;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Measurand, Run};
-use crate::metric::{integral, quantile, velocity};
+use crate::metric::{LEAST_REST, integral, quantile, resting_stick, stick_fraction, velocity};
 
 /// Samples to either side for the velocity at the start.
 const START_HALF_WIDTH: usize = 5;
@@ -12,7 +12,7 @@ const START_HALF_WIDTH: usize = 5;
 /// Displacement (m) and velocity (m/s) of the tip at the start, and the farthest that it bends along the belt, m.
 ///
 /// A velocity does not tell where the tip is: its displacement, the integral of the velocity, is taken to swing about the
-/// deflection of the friction that the FMU starts with.
+/// deflection of the friction that the FMU starts with. Of an acceleration the velocity is that of [`resting_stick`].
 pub(super) fn measured_start(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> ((f64, f64), f64) {
     let end = if run.belt_velocity < 0.0 {
         0.005
@@ -21,16 +21,29 @@ pub(super) fn measured_start(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> ((f6
     };
     let ends = 2 * START_HALF_WIDTH;
     let first = &run.measured[..ends];
+    let by_velocity = |velocity: &[f64], speed: f64| {
+        let bent = friction_deflection(fmu, beam, run);
+        let swing = integral(&run.time, velocity);
+        ((bent + swing[0], speed), bent + quantile(&swing, end))
+    };
     match run.measurand {
         Measurand::Displacement => {
             let speed = velocity(&run.time[..ends], first, START_HALF_WIDTH)[0];
             ((run.measured[0], speed), quantile(&run.measured, end))
         }
         Measurand::Velocity => {
-            let bent = friction_deflection(fmu, beam, run);
-            let swing = integral(&run.time, &run.measured);
             let speed = first.iter().sum::<f64>() / ends as f64;
-            ((bent + swing[0], speed), bent + quantile(&swing, end))
+            by_velocity(&run.measured, speed)
+        }
+        Measurand::Acceleration => {
+            let (belt, noise) = (run.belt_velocity, run.noise.std);
+            let found = resting_stick(&run.time, &run.measured, belt, noise);
+            if stick_fraction(&run.time, &found.sticks) < LEAST_REST {
+                // The integral drifts. Bent by friction, a tip at rest turns at twice the deflection at most.
+                let bent = friction_deflection(fmu, beam, run);
+                return ((bent, 0.0), 2.0 * bent);
+            }
+            by_velocity(&found.velocity, found.velocity[0])
         }
     }
 }

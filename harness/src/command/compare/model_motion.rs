@@ -24,6 +24,8 @@ pub(super) struct Motion {
     pub displacement: Vec<f64>,
     /// m/s.
     pub velocity: Vec<f64>,
+    /// m/s^2; empty unless asked for.
+    pub acceleration: Vec<f64>,
 }
 
 impl Motion {
@@ -32,6 +34,7 @@ impl Motion {
         match measurand {
             Measurand::Displacement => &self.displacement,
             Measurand::Velocity => &self.velocity,
+            Measurand::Acceleration => &self.acceleration,
         }
     }
 }
@@ -165,16 +168,16 @@ impl Motions {
 }
 
 impl<'a> Piece<'a> {
-    /// What a sensor shows in the record's time, m or m/s.
+    /// What a sensor shows in the record's time, m, m/s or m/s^2.
     pub fn measured(self, measurand: Measurand, interval: f64) -> ModelMotion<'a> {
         self.view(self.motion.of(measurand), interval)
     }
 
-    /// The velocity beside a displacement, m/s, or the displacement beside a velocity, m, in the record's time.
+    /// The velocity beside a displacement, m/s, or the displacement beside a velocity or an acceleration, m, in the record's time.
     pub fn other(self, measurand: Measurand, interval: f64) -> ModelMotion<'a> {
         let other = match measurand {
             Measurand::Displacement => Measurand::Velocity,
-            Measurand::Velocity => Measurand::Displacement,
+            Measurand::Velocity | Measurand::Acceleration => Measurand::Displacement,
         };
         self.measured(other, interval)
     }
@@ -217,7 +220,7 @@ pub(super) fn model_motions(
         .collect();
     let done = AtomicUsize::new(0);
     let mut motions = parallel(&jobs, |(point, steps)| {
-        let motion = model_run(fmu, &run.name, point, (interval, *steps), None)?;
+        let motion = model_run(fmu, run, point, (interval, *steps), None)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         watch.step(&run.name, done, jobs.len());
         Ok(motion)
@@ -258,17 +261,17 @@ fn starts(
         .collect()
 }
 
-/// The model from `point` on: samples at an interval in s, and how many steps.
+/// The model from `point` on, with what the sensor of `run` shows: samples at an interval in s, and how many steps.
 pub(super) fn model_run(
     fmu: &Fmu,
-    name: &str,
+    run: &Run,
     point: &OperatingPoint,
     samples: (f64, usize),
     drive: Option<&Drive>,
 ) -> Result<Motion, Error> {
     let mut instance = match drive {
-        Some(drive) => drive.instance(fmu, name)?,
-        None => fmu.instantiate(name)?,
+        Some(drive) => drive.instance(fmu, &run.name)?,
+        None => fmu.instantiate(&run.name)?,
     };
     point.start_driven(fmu, &mut instance, drive)?;
     let has_sensor = fmu.description().find("measured_displacement").is_some();
@@ -277,19 +280,18 @@ pub(super) fn model_run(
     } else {
         "tip_displacement"
     };
-    let recorded = record_driven(
-        fmu,
-        &mut instance,
-        &[displacement, "tip_velocity"],
-        samples,
-        drive,
-        &(),
-    )?;
-    let [displacement, velocity] =
-        <[Vec<f64>; 2]>::try_from(recorded.values).expect("two outputs were asked for");
+    let all = [displacement, "tip_velocity", "tip_acceleration"];
+    let outputs = match run.measurand {
+        Measurand::Displacement | Measurand::Velocity => &all[..2],
+        Measurand::Acceleration => &all[..],
+    };
+    let recorded = record_driven(fmu, &mut instance, outputs, samples, drive, &())?;
+    let mut columns = recorded.values.into_iter();
+    let mut next = || columns.next().unwrap_or_default();
     Ok(Motion {
-        displacement,
-        velocity,
+        displacement: next(),
+        velocity: next(),
+        acceleration: next(),
     })
 }
 

@@ -18,6 +18,7 @@ fn micro_unit(measurand: Measurand) -> &'static str {
     match measurand {
         Measurand::Displacement => "µm",
         Measurand::Velocity => "µm/s",
+        Measurand::Acceleration => "µm/s^2",
     }
 }
 
@@ -159,6 +160,9 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
     let of_integral = match curves.measurand {
         Measurand::Displacement => "",
         Measurand::Velocity => " The displacement is the integral of the velocity, about its mean.",
+        Measurand::Acceleration => {
+            " The velocity is the integral of the acceleration from stick on, and the displacement that of the velocity, about its mean."
+        }
     };
     plot.thin_line(
         "measured",
@@ -170,8 +174,8 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
     .caption(&format!("{caption}{of_integral}"))
 }
 
-/// Displacement (m) and velocity (m/s) of the measurement and of the model; where a velocity was measured, displacements about
-/// their means.
+/// Displacement (m) and velocity (m/s) of the measurement and of the model; where no displacement was measured, displacements
+/// about their means.
 fn planes(curves: &Curves) -> [(Vec<f64>, Vec<f64>); 2] {
     let velocity = curves.measured_stick.velocity.clone();
     match curves.measurand {
@@ -179,14 +183,28 @@ fn planes(curves: &Curves) -> [(Vec<f64>, Vec<f64>); 2] {
             (curves.measured.clone(), velocity),
             (curves.model.clone(), curves.model_other.clone()),
         ],
-        Measurand::Velocity => {
+        Measurand::Velocity | Measurand::Acceleration => {
             let finite = || curves.model_other.iter().filter(|w| w.is_finite());
             let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
             let about = curves.model_other.iter().map(|w| w - mean).collect();
-            let swing = integral(&curves.time, &curves.measured);
-            [(swing, velocity), (about, curves.model.clone())]
+            let swing = integral(&curves.time, &velocity);
+            let of_model = match curves.measurand {
+                Measurand::Acceleration => rate(&curves.time, &curves.model_other),
+                _ => curves.model.clone(),
+            };
+            [(swing, velocity), (about, of_model)]
         }
     }
+}
+
+/// Velocity (m/s) of a displacement (m), NaN where two motions meet.
+fn rate(time: &[f64], displacement: &[f64]) -> Vec<f64> {
+    let last = time.len() - 1;
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+        (displacement[b] - displacement[a]) / (time[b] - time[a])
+    };
+    (0..=last).map(slope).collect()
 }
 
 pub(super) fn spectra(curves: &Curves) -> Plot {

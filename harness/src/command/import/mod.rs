@@ -42,6 +42,9 @@ pub struct Arguments {
     /// Channel of the tip velocity, where a vibrometer measured that in place of a displacement
     #[arg(long, value_name = "NAME", conflicts_with = "displacement")]
     velocity: Option<String>,
+    /// Channel of the tip acceleration, where an accelerometer measured that in place of a displacement
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["displacement", "velocity"])]
+    acceleration: Option<String>,
     /// Belt velocity: a value in m/s (0 without a belt), a channel, or mean:CHANNEL; separated by commas, one for each file
     #[arg(
         long,
@@ -66,10 +69,10 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     external_force: Vec<String>,
-    /// Unit in place of the file's, as mm: of the displacement (velocity), or of CHANNEL; may be repeated
+    /// Unit in place of the file's, as mm: of the displacement (velocity, acceleration), or of CHANNEL; may be repeated
     #[arg(long, value_name = "[CHANNEL=]UNIT")]
     unit: Vec<String>,
-    /// Factor behind the unit (m per V, -1 turns the sign): of the displacement (velocity), or of CHANNEL; may be repeated
+    /// Factor behind the unit (m per V, -1 turns the sign): of the displacement (velocity, acceleration), or of CHANNEL; may be repeated
     #[arg(long, value_name = "[CHANNEL=]FACTOR", allow_hyphen_values = true)]
     scale: Vec<String>,
     /// First time that is taken, in s of the file
@@ -260,6 +263,7 @@ fn wanted(arguments: &Arguments) -> Result<Vec<Wanted>, Error> {
         time: arguments.time.clone(),
         displacement: arguments.displacement.clone(),
         velocity: arguments.velocity.clone(),
+        acceleration: arguments.acceleration.clone(),
         rate: arguments.rate,
         units: arguments
             .unit

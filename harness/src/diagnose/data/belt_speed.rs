@@ -45,8 +45,9 @@ pub fn belt_scale(
     let known = &campaign.uncertainty;
     let (stated_std, run_std) = (known.belt_velocity_std, known.belt_velocity_run_std);
     let of_run = |run: &Run| -> Result<Option<(f64, f64)>, Error> {
-        // A belt at rest has no scale, and one whose speed varies no plateau.
-        if !run.sustains_itself() {
+        // A belt at rest has no scale, and one whose speed varies no plateau. An acceleration shows no speed but by its mean over
+        // whole cycles, which says less than is stated.
+        if !run.sustains_itself() || run.measurand == Measurand::Acceleration {
             return Ok(None);
         }
         let signal = trusted_signal(run);
@@ -62,6 +63,7 @@ pub fn belt_scale(
             match run.measurand {
                 Measurand::Displacement => stick_velocity(&time, &signal, &sticks),
                 Measurand::Velocity => measured_stick_velocity(&signal, &sticks),
+                Measurand::Acceleration => None,
             }
         });
         Ok(found.map(|f| {

@@ -133,6 +133,16 @@ pub fn driven_motion(
     Some([q, q_dot])
 }
 
+/// Rates of change (1/s) of even samples `h` s apart, by central differences.
+pub fn differences(values: &[f64], h: f64) -> Vec<f64> {
+    let last = values.len() - 1;
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+        (values[b] - values[a]) / (h * (b - a).max(1) as f64)
+    };
+    (0..=last).map(slope).collect()
+}
+
 /// Share of the noise up to which a motion may differ: its square adds a hundredth to what noise leaves.
 const UNSEEN: f64 = 0.1;
 
@@ -155,6 +165,7 @@ pub fn coarsen(structure: &Structure, run: &mut Run, horizon: f64, noise: f64) {
         let seen = match run.measurand {
             Measurand::Displacement => q,
             Measurand::Velocity => q_dot,
+            Measurand::Acceleration => q_dot.iter().map(|v| differences(v, interval)).collect(),
         };
         let modes = structure.modes().iter().zip(&seen);
         let sample = |k: usize| modes.clone().map(|(mode, q)| mode.tip_value * q[k]).sum();

@@ -5,7 +5,7 @@
 //! another over the whole run.
 
 use crate::diagnose::data::smoothing::Smoothing;
-use crate::measurement::Run;
+use crate::measurement::{Measurand, Run};
 use crate::observer::PhaseMode;
 use serde::Serialize;
 
@@ -18,9 +18,9 @@ pub struct Segment {
     pub first: usize,
     /// Times in s; the first is the start.
     pub time: Vec<f64>,
-    /// What was measured at these times, in m or m/s.
+    /// What was measured at these times, in m, m/s or m/s^2.
     pub measured: Vec<f64>,
-    /// Whether a sample counts.
+    /// Whether a sample counts: clipped and held ones do not, nor accelerations beside a transition.
     pub trusted: Vec<bool>,
     /// Number of samples that count.
     pub count: usize,
@@ -42,6 +42,9 @@ pub struct Segment {
 const FAR: f64 = 1.5e-3;
 /// ... and that is too near.
 const NEAR: f64 = 3e-4;
+/// Distance in samples from a transition within which an acceleration does not count. It jumps there, by thousands of times the
+/// noise, and of the two samples about a jump that moves a little within its interval each may lie on either side.
+const BESIDE_JUMP: f64 = 1.5;
 /// Longest segment in multiples of the horizon.
 const LONGEST: usize = 2;
 
@@ -51,7 +54,7 @@ const LONGEST: usize = 2;
 /// tip goes with the belt whatever the beam does inside, until it breaks away.
 pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<Segment> {
     let h = run.sample_interval();
-    let trusted = run.trusted();
+    let mut trusted = run.trusted();
     let length = (horizon / h).round() as usize;
     let s = &smoothing.stick_slip;
     let slot = |k: usize| ((run.time[k] - run.time[0]) / h).round() as usize;
@@ -63,6 +66,11 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
             .map(|p| (p.start - t).abs())
             .fold(f64::INFINITY, f64::min)
     };
+    if run.measurand == Measurand::Acceleration {
+        for (k, trusted) in trusted.iter_mut().enumerate() {
+            *trusted &= clearance(k) > BESIDE_JUMP * h;
+        }
+    }
     let slips = |k: usize| {
         let t = slot(k) as f64 * h;
         let phase = s.phases.iter().rev().find(|p| p.start <= t);

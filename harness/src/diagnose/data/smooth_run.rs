@@ -1,16 +1,18 @@
 //! Motion, phases and friction force of a run by the smoother, what an external force does alone taken off first.
 
-use crate::diagnose::data::driven_motion::{BeltPath, driven_motion, sampled};
+use crate::diagnose::data::driven_motion::{BeltPath, differences, driven_motion, sampled};
 use crate::diagnose::data::smoothing::{Smoothing, smoother_settings, trusted_signal};
 use crate::diagnose::data::velocity_level::settle;
 use crate::error::Error;
 use crate::measurement::{Measurand, Run};
+use crate::metric::{Rest, rest};
 use crate::observer::{
-    BeltVelocity, PhaseMode, Smoothed, StickSlipSettings, Structure, smooth_stick_slip,
+    BeltVelocity, PhaseMode, Settings, Smoothed, StickSlipSettings, Structure, smooth_stick_slip,
 };
 
 /// Estimates motion and phases of a run with the linear structure as known. `friction` is the expected coefficient (1) over the
-/// relative speed in m/s, which sets the level of force and deflection where a velocity leaves it open ([`settle`]).
+/// relative speed in m/s, which sets the level of force and deflection where a velocity or an acceleration leaves it open
+/// ([`settle`]).
 ///
 /// # Errors
 /// Sampling too slow for the modes and whatever else the smoother refuses.
@@ -24,11 +26,13 @@ pub fn smooth_run(
     let count = signal.len();
     let belt = run.inputs.belt_velocity.as_ref();
     let belt = belt.map(|series| sampled(series, run, h, count));
-    let driven = driven_motion(structure, run, h, count).map(|modal| tip_motion(structure, modal));
+    let driven = driven_motion(structure, run, h, count);
+    let driven = driven.map(|modal| tip_motion(structure, h, modal));
+    let resting = rest_of(run, structure, &signal, belt.as_deref());
     // The structure is linear: what an external force does alone is taken off first, from the belt's velocity too, and put
     // on again.
     let mut relative_belt = belt.clone();
-    if let Some((_, [displacement, velocity])) = &driven {
+    if let Some((_, [displacement, velocity, acceleration])) = &driven {
         let less = |values: &mut [f64], part: &[f64]| {
             values.iter_mut().zip(part).for_each(|(v, p)| *v -= p);
         };
@@ -37,13 +41,19 @@ pub fn smooth_run(
             match run.measurand {
                 Measurand::Displacement => displacement,
                 Measurand::Velocity => velocity,
+                Measurand::Acceleration => acceleration,
             },
         );
         let belt = relative_belt.get_or_insert_with(|| vec![run.belt_velocity; count]);
         less(belt, velocity);
     }
     let settings = StickSlipSettings {
-        smoother: smoother_settings(run),
+        smoother: Settings {
+            offset: resting.as_ref().map_or(0.0, |rest| rest.offset),
+            ..smoother_settings(run)
+        },
+        known_stick: resting.map(|rest| rest.on),
+        expected_force: expected_force(run, structure, friction),
         rounds: 2,
         iterations: 4,
         ..StickSlipSettings::default()
@@ -84,24 +94,71 @@ pub fn smooth_run(
     Ok(smoothing)
 }
 
-/// Modal displacements and velocities, and those of the tip.
-type DrivenPart = ([Vec<Vec<f64>>; 2], [Vec<f64>; 2]);
+/// What an acceleration leaves open of the force, in N: the friction expected at the speed of the belt, known to no better than
+/// its size in a period of the lowest mode, and so in each sample of it less by the root of their number. `None` where something
+/// else was measured, which tells the motion by itself, and where no spring would turn a force into a deflection.
+fn expected_force(
+    run: &Run,
+    structure: &Structure,
+    friction: &dyn Fn(f64) -> f64,
+) -> Option<(f64, f64)> {
+    if run.measurand != Measurand::Acceleration || structure.is_free() {
+        return None;
+    }
+    let modes = structure.modes().iter();
+    let lowest = modes.map(|m| m.frequency_hz).fold(f64::INFINITY, f64::min);
+    let samples = (1.0 / (lowest * run.sample_interval())).max(1.0);
+    let speed = run.belt_velocity;
+    let force = speed.signum() * friction(speed.abs()) * run.normal_force;
+    (force != 0.0 && force.is_finite()).then(|| (force, force.abs() * samples.sqrt()))
+}
 
-fn tip_motion(structure: &Structure, modal: [Vec<Vec<f64>>; 2]) -> DrivenPart {
-    let tip = |columns: &Vec<Vec<f64>>| {
+/// Stretches of a measured acceleration in which the tip rests on the belt, for a quarter of a period of the lowest mode or half a
+/// period of the highest at least: a tip that does not stick turns within that. `None` where something else was measured, and where
+/// no mode has a spring that would move it.
+fn rest_of(run: &Run, structure: &Structure, signal: &[f64], belt: Option<&[f64]>) -> Option<Rest> {
+    if run.measurand != Measurand::Acceleration {
+        return None;
+    }
+    let sprung = structure.modes().iter().filter(|mode| !mode.is_free());
+    let frequencies = sprung.map(|mode| mode.frequency_hz);
+    let (lowest, highest) = frequencies.fold((f64::INFINITY, 0.0), |(low, high), f| {
+        (f.min(low), f.max(high))
+    });
+    let h = run.sample_interval();
+    let shortest = (0.25 / lowest).min(0.5 / highest) / h;
+    let mut against_belt = signal.to_vec();
+    if let Some(belt) = belt {
+        let of_belt = differences(belt, h);
+        against_belt
+            .iter_mut()
+            .zip(of_belt)
+            .for_each(|(a, b)| *a -= b);
+    }
+    lowest
+        .is_finite()
+        .then(|| rest(&against_belt, run.noise.std, shortest.round() as usize))?
+}
+
+/// Modal displacements and velocities, and displacement, velocity and acceleration of the tip.
+type DrivenPart = ([Vec<Vec<f64>>; 2], [Vec<f64>; 3]);
+
+/// The acceleration by differences.
+fn tip_motion(structure: &Structure, h: f64, modal: [Vec<Vec<f64>>; 2]) -> DrivenPart {
+    let tip = |columns: &Vec<Vec<f64>>| -> Vec<f64> {
         let at = |k: usize| {
             let modes = structure.modes().iter().zip(columns);
             modes.map(|(mode, column)| mode.tip_value * column[k]).sum()
         };
         (0..columns[0].len()).map(at).collect()
     };
-    let of_tip = [tip(&modal[0]), tip(&modal[1])];
-    (modal, of_tip)
+    let (displacement, velocity) = (tip(&modal[0]), tip(&modal[1]));
+    let acceleration = differences(&velocity, h);
+    (modal, [displacement, velocity, acceleration])
 }
 
-/// Adds the motion that an external force makes to that of the friction force. The friction force stays as it is, and the
-/// acceleration of the tip becomes that of the sum by differences.
-fn add(smoothed: &mut Smoothed, modal: &[Vec<Vec<f64>>; 2], tip: &[Vec<f64>; 2]) {
+/// Adds the motion that an external force makes to that of the friction force, which stays as it is.
+fn add(smoothed: &mut Smoothed, modal: &[Vec<Vec<f64>>; 2], tip: &[Vec<f64>; 3]) {
     let sum = |to: &mut [f64], part: &[f64]| to.iter_mut().zip(part).for_each(|(a, b)| *a += b);
     for (to, part) in smoothed.q.iter_mut().zip(&modal[0]) {
         sum(to, part);
@@ -111,12 +168,5 @@ fn add(smoothed: &mut Smoothed, modal: &[Vec<Vec<f64>>; 2], tip: &[Vec<f64>; 2])
     }
     sum(&mut smoothed.displacement, &tip[0]);
     sum(&mut smoothed.velocity, &tip[1]);
-    let (velocity, h) = (&tip[1], smoothed.sample_interval);
-    let last = velocity.len() - 1;
-    let slope = |k: usize| {
-        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
-        (velocity[b] - velocity[a]) / (h * (b - a).max(1) as f64)
-    };
-    let acceleration: Vec<f64> = (0..=last).map(slope).collect();
-    sum(&mut smoothed.acceleration, &acceleration);
+    sum(&mut smoothed.acceleration, &tip[2]);
 }

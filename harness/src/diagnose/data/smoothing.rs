@@ -16,7 +16,7 @@ pub struct Smoothing {
     pub belt_path: BeltPath,
 }
 
-/// What was measured on a uniform grid, in m or m/s: NaN where a sample is missing or not to be trusted; smoothers bridge them.
+/// What was measured on a uniform grid, in m, m/s or m/s^2: NaN where a sample is missing or not to be trusted; smoothers bridge them.
 pub fn trusted_signal(run: &Run) -> Vec<f64> {
     let trusted = run.trusted();
     let h = run.sample_interval();
@@ -38,14 +38,14 @@ pub fn trusted_signal(run: &Run) -> Vec<f64> {
 }
 
 /// What the smoother is told of a run. Beside a force that jumps it finds the noise of a displacement, but not the much smaller one
-/// of a velocity, which the differences of the record show.
+/// of a velocity or an acceleration, which the differences of the record show.
 pub fn smoother_settings(run: &Run) -> Settings {
     let known = Some(run.noise.std).filter(|std| *std > 0.0);
     Settings {
         measurand: run.measurand,
         noise_std: match run.measurand {
             Measurand::Displacement => None,
-            Measurand::Velocity => known,
+            Measurand::Velocity | Measurand::Acceleration => known,
         },
         ..Settings::default()
     }

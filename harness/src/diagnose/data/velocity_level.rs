@@ -1,7 +1,7 @@
-//! What a measured velocity leaves open: the level of force and deflection.
+//! What a measured velocity or acceleration leaves open: the level of force and deflection.
 //!
-//! A structure on springs that a constant force deflects has no velocity, so that a velocity says nothing of that force and of
-//! the deflection. The smoother finds both up to a level. Here the level is set by the friction that the FMU's start values
+//! A structure on springs that a constant force deflects has no velocity and no acceleration, so that these say nothing of that
+//! force and of the deflection. The smoother finds both up to a level. Here the level is set by the friction that the FMU's start values
 //! expect: a belief like that of the friction constants, which the fit then starts from.
 
 use crate::diagnose::data::slip_samples::slip_of_run;
@@ -10,7 +10,7 @@ use crate::measurement::{Measurand, Run};
 use crate::metric::median;
 use crate::observer::Structure;
 
-/// Sets the level of force and displacement of a smoothed velocity such that friction in slip is what is expected.
+/// Sets the level of force and displacement of a smoothed velocity or acceleration such that friction in slip is what is expected.
 ///
 /// ```text
 /// F + c,   q_j + phi_j c / (m_j w_j^2),   c = median over slip of (-sign(v_r) mu(|v_r|) F_N - F)
@@ -24,7 +24,7 @@ pub fn settle(
     structure: &Structure,
     friction: &dyn Fn(f64) -> f64,
 ) {
-    if run.measurand != Measurand::Velocity || structure.is_free() {
+    if run.measurand == Measurand::Displacement || structure.is_free() {
         return;
     }
     let mut off: Vec<f64> = slip_of_run(run, smoothing)

@@ -60,7 +60,12 @@ pub fn leave_out(problem: &mut Problem) -> Result<(), Error> {
         .map(|(card, _)| card.id.as_str())
         .collect();
     let remark = format!(
-        "Left out, since they act on a sensor of displacements alone and a velocity was measured: {}.",
+        "Left out, since they act on a sensor of displacements alone and a{} was measured: {}.",
+        match problem.campaign.measurand() {
+            Measurand::Displacement => " displacement",
+            Measurand::Velocity => " velocity",
+            Measurand::Acceleration => "n acceleration",
+        },
         ids.join(", ")
     );
     if !ids.is_empty() {
@@ -84,12 +89,13 @@ fn is_beyond(card: &EffectCard) -> bool {
 
 /// Segments on which it is looked whether an effect moves the tip.
 const LOOKED_AT: usize = 8;
-/// A sensor of displacements shows an effect alone if it shows this many times what the change of velocity can make in the
-/// segment.
+/// A sensor of displacements shows an effect alone if it shows this many times what the change of velocity or acceleration can
+/// make in the segment.
 const BEYOND_MOTION: f64 = 10.0;
 
 /// For each effect of the catalogue, whether a sensor of displacements shows it at its typical strength and the motion does
-/// not: from the same start the displacement changes by no more than the time times the change of velocity.
+/// not: from the same start the displacement changes by no more than the time times the change of velocity, or half the square of
+/// the time times that of acceleration.
 fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
     let effects: Vec<usize> = (0..problem.catalogue.len()).collect();
     let step = (problem.segments.len() / LOOKED_AT).max(1);
@@ -118,7 +124,12 @@ fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
             let segment = &problem.segments[k];
             let duration = segment.time[segment.time.len() - 1] - segment.time[0];
             moved.push(largest(0, i) / problem.noise[segment.run]);
-            shown.push(largest(1, i) - BEYOND_MOTION * duration * largest(0, i));
+            let reach = match problem.campaign.measurand() {
+                Measurand::Displacement => 1.0,
+                Measurand::Velocity => duration,
+                Measurand::Acceleration => 0.5 * duration * duration,
+            };
+            shown.push(largest(1, i) - BEYOND_MOTION * reach * largest(0, i));
         }
         Ok(median(&mut moved) < CHANGE && median(&mut shown) > 0.0)
     })

@@ -9,10 +9,10 @@ use crate::measurement::{Campaign, Measurand, Run};
 use crate::observer::Structure;
 use crate::parallel::parallel;
 
-/// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where a velocity was measured.
+/// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where a velocity or an acceleration was measured.
 ///
 /// # Errors
-/// A velocity that can't be smoothed.
+/// A run that can't be smoothed.
 pub fn displacement_ranges(
     fmu: &Fmu,
     campaign: &Campaign,
@@ -20,7 +20,7 @@ pub fn displacement_ranges(
 ) -> Result<Vec<(f64, f64)>, Error> {
     match campaign.measurand() {
         Measurand::Displacement => Ok(campaign.runs.iter().map(|r| range(&r.measured)).collect()),
-        Measurand::Velocity => {
+        Measurand::Velocity | Measurand::Acceleration => {
             let friction = StartFriction::of(fmu)?;
             let runs: Vec<Run> = UsableRun::all(&campaign.runs)
                 .into_iter()

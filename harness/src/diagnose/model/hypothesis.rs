@@ -28,7 +28,7 @@ pub struct References {
     pub inputs: [u32; 2],
     /// external_force, where the FMU has it.
     pub external_force: Option<u32>,
-    /// The output that the sensor measures: measured_displacement, or tip_velocity.
+    /// The output that the sensor measures: measured_displacement, tip_velocity or tip_acceleration.
     pub measured: u32,
     /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
     pub lacks_offset: bool,
@@ -93,6 +93,7 @@ pub fn output_of(measurand: Measurand) -> &'static str {
     match measurand {
         Measurand::Displacement => "measured_displacement",
         Measurand::Velocity => "tip_velocity",
+        Measurand::Acceleration => "tip_acceleration",
     }
 }
 
@@ -309,8 +310,9 @@ impl Hypothesis {
         let measurand = campaign.measurand();
         let (offset_name, offset_target) = match measurand {
             Measurand::Displacement => ("sensor.offset", vec![(reference("sensor.offset")?, 1.0)]),
-            // The FMU has no sensor of velocities: the predictor adds it.
+            // The FMU has no sensor of velocities or accelerations: the predictor adds it.
             Measurand::Velocity => ("sensor.velocity_offset", Vec::new()),
+            Measurand::Acceleration => ("sensor.acceleration_offset", Vec::new()),
         };
         let offset = Parameter {
             name: offset_name.into(),

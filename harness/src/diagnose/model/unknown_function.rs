@@ -321,13 +321,16 @@ pub fn lowest_frequency(campaign: &Campaign, structure: &Structure, ranges: &[(f
     }
     let of_run = |(run, &(low, high)): (&crate::measurement::Run, &(f64, f64))| {
         let size = |a: f64, v: &f64| a.max(v.abs());
-        let fastest = match run.measurand {
-            Measurand::Displacement => velocity(&run.time, &run.measured, SLOPE_HALF_WIDTH)
-                .iter()
-                .fold(0.0, size),
-            Measurand::Velocity => run.measured.iter().fold(0.0, size),
+        let half = 0.5 * (high - low);
+        let angular = match run.measurand {
+            Measurand::Displacement => {
+                let speed = velocity(&run.time, &run.measured, SLOPE_HALF_WIDTH);
+                speed.iter().fold(0.0, size) / half
+            }
+            Measurand::Velocity => run.measured.iter().fold(0.0, size) / half,
+            Measurand::Acceleration => (run.measured.iter().fold(0.0, size) / half).sqrt(),
         };
-        2.0 * fastest / (std::f64::consts::TAU * (high - low))
+        angular / std::f64::consts::TAU
     };
     let runs = campaign.runs.iter().zip(ranges);
     let highest = runs.map(of_run).fold(0.0, f64::max);
@@ -347,7 +350,7 @@ pub(super) fn loads(campaign: &Campaign) -> (f64, f64) {
 }
 
 /// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`], and
-/// so are `ranges`. What would act on a sensor of displacements is left out where a velocity was measured.
+/// so are `ranges`. What would act on a sensor of displacements is left out where something else was measured.
 pub fn unknown_functions(
     campaign: &Campaign,
     lowest_hz: f64,

@@ -55,6 +55,11 @@ pub enum Amplitude {
         /// In m/s.
         amplitude_m_per_s: Compared,
     },
+    /// Of an acceleration.
+    Acceleration {
+        /// In m/s^2.
+        amplitude_m_per_s2: Compared,
+    },
 }
 
 impl Amplitude {
@@ -66,6 +71,9 @@ impl Amplitude {
             Measurand::Velocity => Self::Velocity {
                 amplitude_m_per_s: amplitude,
             },
+            Measurand::Acceleration => Self::Acceleration {
+                amplitude_m_per_s2: amplitude,
+            },
         }
     }
 
@@ -76,6 +84,9 @@ impl Amplitude {
             Self::Velocity {
                 amplitude_m_per_s: a,
             } => (a, "m/s"),
+            Self::Acceleration {
+                amplitude_m_per_s2: a,
+            } => (a, "m/s^2"),
         }
     }
 }

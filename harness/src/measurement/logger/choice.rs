@@ -26,6 +26,8 @@ pub struct Wanted {
     pub displacement: Option<String>,
     /// Channel of the velocity, in place of a displacement.
     pub velocity: Option<String>,
+    /// Channel of the acceleration, in place of a displacement.
+    pub acceleration: Option<String>,
     /// Samples per second, for files without times.
     pub rate: Option<f64>,
     /// Belt velocity.
@@ -34,9 +36,9 @@ pub struct Wanted {
     pub normal_force: Option<Source>,
     /// Force on the tip.
     pub external_force: Option<Source>,
-    /// Units in place of the file's: of the displacement or velocity, or of the channel named.
+    /// Units in place of the file's: of what was measured at the tip, or of the channel named.
     pub units: Vec<(Option<String>, String)>,
-    /// Factors behind the units: of the displacement or velocity, or of the channel named.
+    /// Factors behind the units: of what was measured at the tip, or of the channel named.
     pub scales: Vec<(Option<String>, f64)>,
     /// Whether samples without a number are left out, in place of an error.
     pub skip_missing: bool,
@@ -62,7 +64,7 @@ pub struct Imported {
     pub time: Vec<f64>,
     /// What was measured at the tip.
     pub measurand: Measurand,
-    /// Its values, m or m/s.
+    /// Its values, m, m/s or m/s^2.
     pub measured: Vec<f64>,
     /// m/s.
     pub belt_velocity: Input,
@@ -128,6 +130,14 @@ const VELOCITY: Role = Role {
     quantity: Quantity::Velocity,
     unit: "m/s",
     option: "--velocity",
+    names: &[],
+};
+/// Found by name alone, as a velocity.
+const ACCELERATION: Role = Role {
+    words: "the acceleration",
+    quantity: Quantity::Acceleration,
+    unit: "m/s^2",
+    option: "--acceleration",
     names: &[],
 };
 const BELT_VELOCITY: Role = Role {
@@ -222,19 +232,42 @@ struct Taking<'a> {
 }
 
 impl Taking<'_> {
+    /// What is stated of the tip's motion, and the channel.
+    fn stated(&self) -> impl Iterator<Item = (Measurand, &String)> {
+        let wanted = self.wanted;
+        [
+            (Measurand::Displacement, &wanted.displacement),
+            (Measurand::Velocity, &wanted.velocity),
+            (Measurand::Acceleration, &wanted.acceleration),
+        ]
+        .into_iter()
+        .filter_map(|(measurand, name)| Some((measurand, name.as_ref()?)))
+    }
+
+    /// What was measured at the tip.
+    fn measurand(&self) -> Measurand {
+        let stated = self.stated().next();
+        stated.map_or_else(Measurand::default, |(measurand, _)| measurand)
+    }
+
     fn run(&self) -> Result<Imported, Trouble> {
         let mut said: Vec<String> = Vec::new();
-        let (measurand, channel) = match (&self.wanted.displacement, &self.wanted.velocity) {
-            (Some(displacement), Some(velocity)) => {
-                return Err(Trouble::new(
-                    format!(
-                        "--displacement {displacement} and --velocity {velocity} are two measured quantities, and a run holds one"
-                    ),
-                    "leave one of the two out",
-                ));
+        let mut stated = self.stated();
+        if let [Some((a, first)), Some((b, second))] = [stated.next(), stated.next()] {
+            let (a, b) = (role_of(a).option, role_of(b).option);
+            return Err(Trouble::new(
+                format!(
+                    "{a} {first} and {b} {second} are two measured quantities, and a run holds one"
+                ),
+                "leave one of the two out",
+            ));
+        }
+        let measurand = self.measurand();
+        let channel = match self.stated().next() {
+            Some((Measurand::Velocity | Measurand::Acceleration, name)) => {
+                self.named(name, role_of(measurand))?
             }
-            (_, Some(name)) => (Measurand::Velocity, self.named(name, &VELOCITY)?),
-            (_, None) => (Measurand::Displacement, self.displacement()?),
+            _ => self.displacement()?,
         };
         let measured = self.values(channel, role_of(measurand), &mut said)?;
         let count = measured.len();
@@ -582,14 +615,18 @@ impl Taking<'_> {
                 "" => String::new(),
                 unit => format!("in {unit}, "),
             };
-            let is_velocity = kind == Some(Quantity::Velocity.words());
-            let or_velocity = match role.option == DISPLACEMENT.option && is_velocity {
-                true => format!(
-                    ", or state --velocity {} if a velocity was measured",
-                    channel.last_name()
-                ),
-                false => String::new(),
-            };
+            let others = [&VELOCITY, &ACCELERATION].into_iter();
+            let other = others
+                .filter(|_| role.option == DISPLACEMENT.option)
+                .find(|other| kind == Some(other.quantity.words()));
+            let or_other = other.map_or_else(String::new, |other| {
+                format!(
+                    ", or state {} {} if {} was measured",
+                    other.option,
+                    channel.last_name(),
+                    other.quantity.words()
+                )
+            });
             return Err(Trouble::new(
                 format!(
                     "is {in_unit}{}, and can't be imported as {}, where {} is needed",
@@ -598,7 +635,7 @@ impl Taking<'_> {
                     role.quantity.words()
                 ),
                 format!(
-                    "name another channel with {}{or_velocity}, or state --unit {}={} if its unit is wrong",
+                    "name another channel with {}{or_other}, or state --unit {}={} if its unit is wrong",
                     role.option,
                     channel.last_name(),
                     role.unit
@@ -721,10 +758,7 @@ impl Taking<'_> {
         if found == count {
             return Ok(());
         }
-        let what = match self.wanted.velocity {
-            Some(_) => Measurand::Velocity.name(),
-            None => Measurand::Displacement.name(),
-        };
+        let what = self.measurand().name();
         Err(Trouble::new(
             format!("{found} samples, while the {what} '{}' has {count}", of.name),
             "channels of one run need the same samples: record them together, resample one, or name another",
@@ -777,6 +811,7 @@ fn role_of(measurand: Measurand) -> &'static Role {
     match measurand {
         Measurand::Displacement => &DISPLACEMENT,
         Measurand::Velocity => &VELOCITY,
+        Measurand::Acceleration => &ACCELERATION,
     }
 }
 

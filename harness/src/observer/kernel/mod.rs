@@ -62,6 +62,21 @@ impl Known {
         }
     }
 
+    /// Scaled force state in m with its variance.
+    pub fn force(value: f64, variance: f64) -> Known {
+        Known {
+            velocity: 0.0,
+            force: 1.0,
+            value,
+            variance,
+        }
+    }
+
+    /// Whether the velocity is known.
+    pub fn holds(&self) -> bool {
+        self.is_something() && self.velocity != 0.0
+    }
+
     pub fn is_something(&self) -> bool {
         !self.value.is_nan()
     }
@@ -76,7 +91,7 @@ pub(in crate::observer) struct Problem<'a> {
     pub varying: Vec<VaryingNoise<'a>>,
     /// Variance of the measurement noise, in the square of what is measured.
     pub measurement_variance: f64,
-    /// What was measured, in m or m/s; NaN where missing.
+    /// What was measured, in m, m/s or m/s^2; NaN where missing.
     pub measured: &'a [f64],
     /// What else is known, sample by sample.
     pub known: Option<&'a [Known]>,

@@ -9,7 +9,7 @@ use crate::observer::kernel::{self, Likelihood};
 /// Noise levels in scaled units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::observer) struct Levels {
-    /// Variance of the sensor noise in m^2, or in m^2/s^2 where a velocity is measured.
+    /// Variance of the sensor noise in the square of the unit of what is measured.
     pub noise_variance: f64,
     /// Intensity of the scaled force state in m^2/s.
     pub intensity: f64,
@@ -92,7 +92,9 @@ impl Record<'_> {
         let rate = self.structure.modes()[0].rate() / std::f64::consts::TAU;
         let centre = match self.model.measures {
             Measurand::Displacement => (1e6 * rate).ln(),
-            Measurand::Velocity => (1e6 * rate / self.per_displacement().powi(2)).ln(),
+            Measurand::Velocity | Measurand::Acceleration => {
+                (1e6 * rate / self.per_displacement().powi(2)).ln()
+            }
         };
         let best = minimise(cost, centre, 5.0_f64.ln(), 12, 0.02);
         let (mut levels, terms) = levels_at(best);

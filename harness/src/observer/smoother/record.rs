@@ -14,7 +14,7 @@ pub(in crate::observer) struct Record<'a> {
     pub structure: &'a Structure,
     pub model: DiscreteModel,
     pub sample_interval: f64,
-    /// What was measured less the offset, in m or m/s.
+    /// What was measured less the offset, in m, m/s or m/s^2.
     pub measured: Vec<f64>,
     pub offset: f64,
     pub(super) mean: f64,
@@ -77,15 +77,18 @@ impl<'a> Record<'a> {
         match self.model.measures {
             Measurand::Displacement => 1.0,
             Measurand::Velocity => self.structure.modes()[0].rate(),
+            Measurand::Acceleration => self.structure.modes()[0].rate().powi(2),
         }
     }
 
-    /// Mean displacement in m and variance of it in m^2. A velocity says nothing of where the tip rests: a constant force and
-    /// the deflection that balances it are taken to be zero, and stay so.
+    /// Mean displacement in m and variance of it in m^2. A velocity or an acceleration says nothing of where the tip rests: a
+    /// constant force and the deflection that balances it are taken to be zero, and stay so.
     fn displacement_level(&self) -> (f64, f64) {
         match self.model.measures {
             Measurand::Displacement => (self.mean, self.variance),
-            Measurand::Velocity => (0.0, self.variance / self.per_displacement().powi(2)),
+            Measurand::Velocity | Measurand::Acceleration => {
+                (0.0, self.variance / self.per_displacement().powi(2))
+            }
         }
     }
 

@@ -36,7 +36,9 @@ pub struct DiscreteModel {
     pub output: DVector<f64>,
     /// Row with `w_tip' = row z`, N, in 1/s.
     pub velocity: DVector<f64>,
-    /// What is measured: [`Self::output`] or [`Self::velocity`].
+    /// Row with `w_tip'' = row z`, N, in 1/s^2; the force passes through it at once.
+    pub acceleration: DVector<f64>,
+    /// What is measured: [`Self::output`], [`Self::velocity`] or [`Self::acceleration`].
     pub measures: Measurand,
     /// Index of the force state.
     pub force_index: usize,
@@ -57,6 +59,7 @@ impl DiscreteModel {
         match self.measures {
             Measurand::Displacement => &self.output,
             Measurand::Velocity => &self.velocity,
+            Measurand::Acceleration => &self.acceleration,
         }
     }
 }
@@ -92,6 +95,7 @@ impl Structure {
             noise: self.noise(force_model, sample_interval),
             output: self.output(force_model),
             velocity: self.velocity_output(force_model),
+            acceleration: self.acceleration_output(force_model),
             measures: Measurand::Displacement,
             force_index: 2 * self.modes.len(),
             force_scale: self.force_scale(),
@@ -179,6 +183,19 @@ impl Structure {
         }
         c
     }
+
+    /// `w'' = sum phi_j (phi_j F / m_j - 2 D_j w_j q_j' - w_j^2 q_j)` over the scaled state.
+    fn acceleration_output(&self, force_model: ForceModel) -> DVector<f64> {
+        let force = 2 * self.modes.len();
+        let mut c = DVector::zeros(force + force_model.state_count());
+        for (j, mode) in self.modes.iter().enumerate() {
+            let w = mode.angular_frequency();
+            c[2 * j] = -mode.tip_value * w * w;
+            c[2 * j + 1] = -mode.tip_value * 2.0 * mode.damping_ratio * w * mode.rate();
+        }
+        c[force] = self.inverse_tip_mass() / self.force_scale();
+        c
+    }
 }
 
 /// Positive nodes and weights of the 8-point Gauss-Legendre rule on [-1, 1]
@@ -189,3 +206,49 @@ const GAUSS_LEGENDRE_8: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Source: the equation of motion `q'' = phi F / m - 2 D w q' - w^2 q`, solved by hand for each state.
+    #[test]
+    fn val_the_row_of_an_acceleration_is_the_equation_of_motion() {
+        let (phi, mass, frequencies, ratios) = ([2.0, -2.0], 0.427, [80.0, 510.0], [0.01, 0.02]);
+        let structure = Structure::cantilever(&frequencies, &ratios, mass).unwrap();
+        for force_model in [ForceModel::RandomWalk, ForceModel::IntegratedRandomWalk] {
+            let model = structure.discretise(force_model, 1e-5).unwrap();
+            let model = model.measuring(Measurand::Acceleration);
+            let measured = |z: &DVector<f64>| model.measured().dot(z);
+            let size = model.output.len();
+            for j in 0..2 {
+                let w = std::f64::consts::TAU * frequencies[j];
+                // Let go from a deflection of 1 mm, and at 1 m/s through the middle.
+                for (state, value, expected) in [
+                    (2 * j, 1e-3, -phi[j] * w * w * 1e-3),
+                    (2 * j + 1, 1.0 / w, -phi[j] * 2.0 * ratios[j] * w),
+                ] {
+                    let mut z = DVector::zeros(size);
+                    z[state] = value;
+                    let found = measured(&z);
+                    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+                }
+            }
+            // A force of 10 N on the beam at rest accelerates the tip at once, ...
+            let mut z = DVector::zeros(size);
+            z[model.force_index] = 10.0 * model.force_scale;
+            let expected = 10.0 * (phi[0] * phi[0] + phi[1] * phi[1]) / mass;
+            assert!((measured(&z) / expected - 1.0).abs() < 1e-12);
+            // ... and not where the deflection balances it.
+            for (j, mode) in structure.modes().iter().enumerate() {
+                z[2 * j] = 10.0 * mode.modal_compliance();
+            }
+            assert!(measured(&z).abs() < 1e-12 * expected);
+            // Beside steps of the exact motion it is the slope of the velocity.
+            let next = &model.transition * &z;
+            let later = &model.transition * &next;
+            let slope = (model.velocity.dot(&later) - model.velocity.dot(&z)) / 2e-5;
+            assert!((slope - measured(&next)).abs() < 1e-6 * expected);
+        }
+    }
+}

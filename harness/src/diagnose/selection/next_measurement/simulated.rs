@@ -14,8 +14,10 @@ use crate::measurement::{Measurand, Role, Run, Sampling};
 const TRANSIENT: f64 = 10.0;
 /// Distance in m at which a simulated motion is given up, beyond any beam's, ...
 const FAR: f64 = 0.1;
-/// ... and speed in m/s: that of such a motion at 80 Hz.
+/// ... speed in m/s: that of such a motion at 80 Hz, ...
 const FAST: f64 = 50.0;
+/// ... and acceleration in m/s^2, likewise.
+const SUDDEN: f64 = 25e3;
 
 /// The first run that a model was fitted to, with which it simulates.
 fn origin(problem: &Problem) -> usize {
@@ -37,6 +39,7 @@ pub(crate) fn simulated(
     let far = match measured.measurand {
         Measurand::Displacement => FAR,
         Measurand::Velocity => FAST,
+        Measurand::Acceleration => SUDDEN,
     };
     let belt = velocity.copysign(measured.belt_velocity);
     let mut runs = problem.campaign.runs.clone();

@@ -1,0 +1,175 @@
+//! Campaigns of tip accelerations, as an accelerometer gives them, through the commands.
+//!
+//! The motions come from rig/, an independent simulation in which nothing is missing.
+
+mod rig;
+
+use rig::{Noise, Rig};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Output};
+use stickslip::check::{Severity, check};
+use stickslip::measurement::Campaign;
+
+/// Belt velocities in m/s and normal forces in N.
+const POINTS: [(f64, f64); 4] = [(0.06, 60.0), (0.1, 100.0), (0.12, 120.0), (0.08, 120.0)];
+/// Standard deviation of the sensor's noise in m/s^2, and its offset.
+const NOISE: f64 = 0.2;
+const OFFSET: f64 = 0.03;
+/// Samples in a second.
+const RATE: f64 = 1e4;
+
+fn write(folder: &Path, runs: &[Vec<f64>]) {
+    let mut toml = String::from(
+        "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\ndamping_ratios = [0.00015, 0.00085]\nmass_kg = 0.427\n\
+         [channels]\nacceleration_column = \"a\"\n",
+    );
+    for (i, (values, (belt, force))) in runs.iter().zip(POINTS).enumerate() {
+        let mut text = "t,a\n".to_owned();
+        for (k, v) in values.iter().enumerate() {
+            let _ = writeln!(text, "{:.4},{v:.9e}", k as f64 / RATE);
+        }
+        std::fs::write(folder.join(format!("run{i}.csv")), text).unwrap();
+        let _ = write!(
+            toml,
+            "[[run]]\nfile = \"run{i}.csv\"\nbelt_velocity_m_per_s = {belt:?}\nnormal_force_n = {force:?}\n"
+        );
+    }
+    std::fs::write(folder.join("campaign.toml"), toml).unwrap();
+}
+
+/// What the rig does at each operating point.
+fn motions(duration: f64) -> Vec<rig::Record> {
+    let at = |(belt_velocity, normal_force)| {
+        let rig = Rig {
+            belt_velocity,
+            normal_force,
+            ..Rig::default_case()
+        };
+        rig.run(0.5, duration, RATE)
+    };
+    POINTS.map(at).into()
+}
+
+fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
+    let mut random = Noise::new(seed);
+    let with_noise = |v: &f64| v + OFFSET + NOISE * random.normal();
+    values.iter().map(with_noise).collect()
+}
+
+fn stickslip(words: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+// Source: independent simulation (rig/).
+#[test]
+fn val_accelerations_are_checked_as_what_they_are() {
+    type Spoil<'a> = &'a dyn Fn(&rig::Record) -> Vec<f64>;
+    let runs = motions(0.6);
+    let of = |values: Spoil| {
+        let folder = tempfile::tempdir().unwrap();
+        let values: Vec<Vec<f64>> = runs.iter().map(values).collect();
+        write(folder.path(), &values);
+        check(&Campaign::load(folder.path()).unwrap())
+    };
+    let good = of(&|r| noisy(&r.acceleration, 1));
+    assert!(good.findings.is_empty(), "{:?}", good.findings);
+    for (run, (belt, _)) in good.runs.iter().zip(POINTS) {
+        // By a mean velocity of zero, over a record of some twenty cycles.
+        let speed = run.stick_speed_m_per_s.unwrap();
+        assert!((speed / belt - 1.0).abs() < 0.1, "{speed} for {belt}");
+        assert!(run.mean_friction.is_none());
+    }
+    let spoilt: [(&str, Spoil, &str); 3] = [
+        (
+            "acceleration_in_g",
+            &|r| {
+                let a = noisy(&r.acceleration, 1);
+                a.iter().map(|v| v / 9.806_65).collect()
+            },
+            "acceleration_scale",
+        ),
+        (
+            "velocity",
+            &|r| {
+                let mut random = Noise::new(1);
+                let with_noise = |v: &f64| v + 1e-4 * random.normal();
+                r.velocity.iter().map(with_noise).collect()
+            },
+            "velocity_column",
+        ),
+        (
+            "sign",
+            &|r| noisy(&r.acceleration, 1).iter().map(|v| -v).collect(),
+            "acceleration_scale",
+        ),
+    ];
+    for (id, values, remedy) in spoilt {
+        let found = of(values).findings;
+        let finding = found.iter().find(|f| f.id == id);
+        let finding = finding.unwrap_or_else(|| panic!("{id}: {found:?}"));
+        assert_eq!(finding.severity, Severity::Error);
+        assert!(finding.remedy.contains(remedy), "{}", finding.remedy);
+    }
+}
+
+// Source: independent simulation (rig/), in which nothing is missing.
+#[test]
+fn val_the_model_of_a_rig_meets_its_accelerations() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = motions(0.6);
+    let runs = runs.iter().zip(1..);
+    let runs: Vec<Vec<f64>> = runs.map(|(r, seed)| noisy(&r.acceleration, seed)).collect();
+    write(folder.path(), &runs);
+    let found = json(&stickslip(&["compare", ".", "--json"], folder.path()));
+    let runs = found["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), POINTS.len());
+    for run in runs {
+        let noise = run["noise_std_m_per_s2"].as_f64().unwrap();
+        assert!((noise / NOISE - 1.0).abs() < 0.2, "{noise}");
+        assert!(run.get("noise_std_m").is_none());
+        let of = |who: &str| run[who]["stick_fraction"].as_f64().unwrap();
+        assert!((of("model") - of("measured")).abs() < 0.05, "{run:#}");
+    }
+    let page = std::fs::read_to_string(folder.path().join("comparison/report.html")).unwrap();
+    assert!(page.contains("tip acceleration") && page.contains("mm/s^2"));
+}
+
+// Source: independent simulation (rig/), in which nothing is missing.
+#[test]
+fn val_nothing_is_claimed_of_accelerations_in_which_nothing_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = motions(0.4);
+    let runs = runs.iter().zip(1..);
+    let runs: Vec<Vec<f64>> = runs.map(|(r, seed)| noisy(&r.acceleration, seed)).collect();
+    write(folder.path(), &runs);
+    let found = json(&stickslip(&["diagnose", ".", "--json"], folder.path()));
+    assert_eq!(found["verdict"], "no_missing_effect", "{found:#}");
+    assert_eq!(found["measured_quantity"], "acceleration");
+    assert!(found["noise_std_m_per_s2"].as_f64().unwrap() < 2.0 * NOISE);
+}
+
+#[test]
+fn commands_that_read_displacements_alone_refuse_accelerations() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = motions(0.1);
+    let runs: Vec<Vec<f64>> = runs.iter().map(|r| noisy(&r.acceleration, 1)).collect();
+    write(folder.path(), &runs);
+    let output = stickslip(&["observe", "--campaign", ".", "run0.csv"], folder.path());
+    assert!(!output.status.success());
+    let said = String::from_utf8_lossy(&output.stderr);
+    for part in ["acceleration in m/s^2", "observe", "diagnose"] {
+        assert!(said.contains(part), "'{part}' is not in: {said}");
+    }
+}
