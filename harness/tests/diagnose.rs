@@ -40,7 +40,7 @@ const NEVER_OFF: [&str; 5] = [
 fn check_invariants(diagnosis: &Value) {
     for candidate in diagnosis["candidates"].as_array().unwrap() {
         let id = candidate["id"].as_str().unwrap();
-        // As good as off, at a millionth of its usual strength, an effect with an amplitude is the calibrated model itself, so
+        // As good as off, at a billionth of its usual strength, an effect with an amplitude is the calibrated model itself, so
         // its best fit can't be worse by anything that changes odds.
         let fall = number(&candidate["misfit_fall"]);
         if !NEVER_OFF.contains(&id) {
