@@ -294,11 +294,16 @@ pub fn baseline(
         belief: STRONG_PRIOR,
         ..FitOptions::search(FIRST_FIT)
     };
-    let climb = FitOptions {
-        belief,
-        patience: CALIBRATION_PATIENCE,
-        ..FitOptions::search(CALIBRATION)
+    // Where the break-aways tell of the place, friction scatters: no fit comes near the noise, and one that goes on follows the
+    // scatter of the runs fitted.
+    let climb = match problem.place_is_told() {
+        true => FitOptions::search(CLIMB),
+        false => FitOptions {
+            patience: CALIBRATION_PATIENCE,
+            ..FitOptions::search(CALIBRATION)
+        },
     };
+    let climb = FitOptions { belief, ..climb };
     let question = ("baseline", segments, data.noise, &start, first_fit, climb);
     let fit = problem.finished.recall(&question, || {
         let mut predictor = problem.predictor(&hypothesis)?;
