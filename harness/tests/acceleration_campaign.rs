@@ -4,72 +4,21 @@
 
 mod rig;
 
-use rig::{Noise, Rig};
-use serde_json::Value;
-use std::fmt::Write as _;
+use rig::campaign::{POINTS, json, motions, stickslip, with_noise};
 use std::path::Path;
-use std::process::{Command, Output};
 use stickslip::check::{Severity, check};
 use stickslip::measurement::Campaign;
 
-/// Belt velocities in m/s and normal forces in N.
-const POINTS: [(f64, f64); 4] = [(0.06, 60.0), (0.1, 100.0), (0.12, 120.0), (0.08, 120.0)];
 /// Standard deviation of the sensor's noise in m/s^2, and its offset.
 const NOISE: f64 = 0.2;
 const OFFSET: f64 = 0.03;
-/// Samples in a second.
-const RATE: f64 = 1e4;
 
 fn write(folder: &Path, runs: &[Vec<f64>]) {
-    let mut toml = String::from(
-        "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\ndamping_ratios = [0.00015, 0.00085]\nmass_kg = 0.427\n\
-         [channels]\nacceleration_column = \"a\"\n",
-    );
-    for (i, (values, (belt, force))) in runs.iter().zip(POINTS).enumerate() {
-        let mut text = "t,a\n".to_owned();
-        for (k, v) in values.iter().enumerate() {
-            let _ = writeln!(text, "{:.4},{v:.9e}", k as f64 / RATE);
-        }
-        std::fs::write(folder.join(format!("run{i}.csv")), text).unwrap();
-        let _ = write!(
-            toml,
-            "[[run]]\nfile = \"run{i}.csv\"\nbelt_velocity_m_per_s = {belt:?}\nnormal_force_n = {force:?}\n"
-        );
-    }
-    std::fs::write(folder.join("campaign.toml"), toml).unwrap();
-}
-
-/// What the rig does at each operating point.
-fn motions(duration: f64) -> Vec<rig::Record> {
-    let at = |(belt_velocity, normal_force)| {
-        let rig = Rig {
-            belt_velocity,
-            normal_force,
-            ..Rig::default_case()
-        };
-        rig.run(0.5, duration, RATE)
-    };
-    POINTS.map(at).into()
+    rig::campaign::write(folder, "acceleration_column = \"a\"", "t,a", runs);
 }
 
 fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
-    let mut random = Noise::new(seed);
-    let with_noise = |v: &f64| v + OFFSET + NOISE * random.normal();
-    values.iter().map(with_noise).collect()
-}
-
-fn stickslip(words: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_stickslip"))
-        .args(words)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn json(output: &Output) -> Value {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    with_noise(values, OFFSET, NOISE, seed)
 }
 
 // Source: independent simulation (rig/).
@@ -102,11 +51,7 @@ fn val_accelerations_are_checked_as_what_they_are() {
         ),
         (
             "velocity",
-            &|r| {
-                let mut random = Noise::new(1);
-                let with_noise = |v: &f64| v + 1e-4 * random.normal();
-                r.velocity.iter().map(with_noise).collect()
-            },
+            &|r| with_noise(&r.velocity, 0.0, 1e-4, 1),
             "velocity_column",
         ),
         (

@@ -4,62 +4,20 @@
 
 mod rig;
 
-use rig::{Noise, Rig};
-use serde_json::Value;
-use std::fmt::Write as _;
+use rig::campaign::{POINTS, RATE, json, motions, stickslip, with_noise};
 use std::path::Path;
-use std::process::{Command, Output};
 use stickslip::check::{Severity, check};
 use stickslip::measurement::Campaign;
 
-/// Belt velocities in m/s and normal forces in N.
-const POINTS: [(f64, f64); 4] = [(0.06, 60.0), (0.1, 100.0), (0.12, 120.0), (0.08, 120.0)];
 /// Standard deviation of the sensor's noise in m/s.
 const NOISE: f64 = 1e-4;
-/// Samples in a second.
-const RATE: f64 = 1e4;
-
-/// Two columns of one run, time in s and another.
-fn csv(header: &str, values: &[f64]) -> String {
-    let mut text = format!("{header}\n");
-    for (k, v) in values.iter().enumerate() {
-        let _ = writeln!(text, "{:.4},{v:.9e}", k as f64 / RATE);
-    }
-    text
-}
 
 fn write(folder: &Path, header: &str, runs: &[Vec<f64>]) {
-    let mut toml = String::from(
-        "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\ndamping_ratios = [0.00015, 0.00085]\nmass_kg = 0.427\n\
-         [channels]\nvelocity_column = \"v\"\n",
-    );
-    for (i, (values, (belt, force))) in runs.iter().zip(POINTS).enumerate() {
-        std::fs::write(folder.join(format!("run{i}.csv")), csv(header, values)).unwrap();
-        let _ = write!(
-            toml,
-            "[[run]]\nfile = \"run{i}.csv\"\nbelt_velocity_m_per_s = {belt:?}\nnormal_force_n = {force:?}\n"
-        );
-    }
-    std::fs::write(folder.join("campaign.toml"), toml).unwrap();
-}
-
-/// What the rig does at each operating point: displacements and velocities, without noise.
-fn motions(duration: f64) -> Vec<rig::Record> {
-    let at = |(belt_velocity, normal_force)| {
-        let rig = Rig {
-            belt_velocity,
-            normal_force,
-            ..Rig::default_case()
-        };
-        rig.run(0.5, duration, RATE)
-    };
-    POINTS.map(at).into()
+    rig::campaign::write(folder, "velocity_column = \"v\"", header, runs);
 }
 
 fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
-    let mut random = Noise::new(seed);
-    let with_noise = |v: &f64| v + NOISE * random.normal();
-    values.iter().map(with_noise).collect()
+    with_noise(values, 0.0, NOISE, seed)
 }
 
 fn velocities(duration: f64) -> Vec<Vec<f64>> {
@@ -68,20 +26,6 @@ fn velocities(duration: f64) -> Vec<Vec<f64>> {
         .zip(1..)
         .map(|(r, seed)| noisy(&r.velocity, seed))
         .collect()
-}
-
-fn stickslip(words: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_stickslip"))
-        .args(words)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn json(output: &Output) -> Value {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 // Source: independent simulation (rig/).
@@ -120,13 +64,7 @@ fn val_velocities_are_checked_as_what_they_are() {
         ),
         (
             "displacement",
-            &|r| {
-                let mut random = Noise::new(1);
-                r.displacement
-                    .iter()
-                    .map(|w| w + 5e-7 * random.normal())
-                    .collect()
-            },
+            &|r| with_noise(&r.displacement, 0.0, 5e-7, 1),
             "displacement_column",
         ),
         (

@@ -4,6 +4,8 @@
 //! classical Runge-Kutta steps with bisection on stick/slip transitions.
 #![allow(dead_code)]
 
+pub mod campaign;
+
 /// Modal data, friction law and operating point.
 #[derive(Clone)]
 pub struct Rig {
