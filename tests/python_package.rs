@@ -6,7 +6,7 @@ use stickslip_tests::peers::{environment, run};
 use stickslip_tests::{build_folder, root};
 
 #[test]
-#[ignore = "builds a wheel with cargo and runs for minutes; .ci/run runs it"]
+#[ignore = "builds a wheel with cargo and runs for minutes; by name"]
 fn the_package_of_the_wheel_passes_its_tests() {
     let package = root().join("harness/python");
     let programs = environment("python-venv", "harness/python/tests/requirements.txt");
