@@ -14,11 +14,19 @@ const NOISE: f64 = 0.2;
 const OFFSET: f64 = 0.03;
 
 fn write(folder: &Path, runs: &[Vec<f64>]) {
-    rig::campaign::write(folder, "acceleration_column = \"a\"", "t,a", runs);
+    rig::campaign::write(folder, "acceleration_column", "a", runs);
 }
 
 fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
     with_noise(values, OFFSET, NOISE, seed)
+}
+
+fn accelerations(duration: f64) -> Vec<Vec<f64>> {
+    let runs = motions(duration);
+    runs.iter()
+        .zip(1..)
+        .map(|(r, seed)| noisy(&r.acceleration, seed))
+        .collect()
 }
 
 // Source: independent simulation (rig/).
@@ -73,10 +81,7 @@ fn val_accelerations_are_checked_as_what_they_are() {
 #[test]
 fn val_the_model_of_a_rig_meets_its_accelerations() {
     let folder = tempfile::tempdir().unwrap();
-    let runs = motions(0.6);
-    let runs = runs.iter().zip(1..);
-    let runs: Vec<Vec<f64>> = runs.map(|(r, seed)| noisy(&r.acceleration, seed)).collect();
-    write(folder.path(), &runs);
+    write(folder.path(), &accelerations(0.6));
     let found = json(&stickslip(&["compare", ".", "--json"], folder.path()));
     let runs = found["runs"].as_array().unwrap();
     assert_eq!(runs.len(), POINTS.len());
@@ -95,10 +100,7 @@ fn val_the_model_of_a_rig_meets_its_accelerations() {
 #[test]
 fn val_nothing_is_claimed_of_accelerations_in_which_nothing_is_missing() {
     let folder = tempfile::tempdir().unwrap();
-    let runs = motions(0.4);
-    let runs = runs.iter().zip(1..);
-    let runs: Vec<Vec<f64>> = runs.map(|(r, seed)| noisy(&r.acceleration, seed)).collect();
-    write(folder.path(), &runs);
+    write(folder.path(), &accelerations(0.4));
     let found = json(&stickslip(&["diagnose", ".", "--json"], folder.path()));
     assert_eq!(found["verdict"], "no_missing_effect", "{found:#}");
     assert_eq!(found["measured_quantity"], "acceleration");
@@ -108,9 +110,7 @@ fn val_nothing_is_claimed_of_accelerations_in_which_nothing_is_missing() {
 #[test]
 fn commands_that_read_displacements_alone_refuse_accelerations() {
     let folder = tempfile::tempdir().unwrap();
-    let runs = motions(0.1);
-    let runs: Vec<Vec<f64>> = runs.iter().map(|r| noisy(&r.acceleration, 1)).collect();
-    write(folder.path(), &runs);
+    write(folder.path(), &accelerations(0.1));
     let output = stickslip(&["observe", "--campaign", ".", "run0.csv"], folder.path());
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stderr);

@@ -5,6 +5,7 @@
 
 mod rig;
 
+use rig::campaign::with_noise;
 use rig::{Record, Rig};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -30,8 +31,7 @@ fn motion((belt_velocity, normal_force): (f64, f64), duration: f64) -> Vec<f64> 
 }
 
 fn noisy(signal: &[f64], seed: u64) -> Vec<f64> {
-    let mut noise = rig::Noise::new(seed);
-    signal.iter().map(|y| y + NOISE * noise.normal()).collect()
+    with_noise(signal, 0.0, NOISE, seed)
 }
 
 fn write(folder: &Path, runs: &[((f64, f64), Vec<f64>)]) {

@@ -12,8 +12,8 @@ use stickslip::measurement::Campaign;
 /// Standard deviation of the sensor's noise in m/s.
 const NOISE: f64 = 1e-4;
 
-fn write(folder: &Path, header: &str, runs: &[Vec<f64>]) {
-    rig::campaign::write(folder, "velocity_column = \"v\"", header, runs);
+fn write(folder: &Path, runs: &[Vec<f64>]) {
+    rig::campaign::write(folder, "velocity_column", "v", runs);
 }
 
 fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
@@ -33,13 +33,13 @@ fn velocities(duration: f64) -> Vec<Vec<f64>> {
 fn val_velocities_are_checked_as_what_they_are() {
     type Spoil<'a> = &'a dyn Fn(&rig::Record) -> Vec<f64>;
     let runs = motions(0.6);
-    let of = |header: &str, values: Spoil| {
+    let of = |values: Spoil| {
         let folder = tempfile::tempdir().unwrap();
         let values: Vec<Vec<f64>> = runs.iter().map(values).collect();
-        write(folder.path(), header, &values);
+        write(folder.path(), &values);
         check(&Campaign::load(folder.path()).unwrap())
     };
-    let good = of("t,v", &|r| noisy(&r.velocity, 1));
+    let good = of(&|r| noisy(&r.velocity, 1));
     assert!(good.findings.is_empty(), "{:?}", good.findings);
     for (run, (belt, _)) in good.runs.iter().zip(POINTS) {
         let speed = run.stick_speed_m_per_s.unwrap();
@@ -85,7 +85,7 @@ fn val_velocities_are_checked_as_what_they_are() {
         ),
     ];
     for (id, values, remedy) in spoilt {
-        let found = of("t,v", values).findings;
+        let found = of(values).findings;
         let finding = found.iter().find(|f| f.id == id);
         let finding = finding.unwrap_or_else(|| panic!("{id}: {found:?}"));
         assert_eq!(finding.severity, Severity::Error);
@@ -97,7 +97,7 @@ fn val_velocities_are_checked_as_what_they_are() {
 #[test]
 fn val_the_model_of_a_rig_meets_its_velocities() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "t,v", &velocities(0.6));
+    write(folder.path(), &velocities(0.6));
     let found = json(&stickslip(&["compare", ".", "--json"], folder.path()));
     let runs = found["runs"].as_array().unwrap();
     assert_eq!(runs.len(), POINTS.len());
@@ -117,7 +117,7 @@ fn val_the_model_of_a_rig_meets_its_velocities() {
 #[test]
 fn val_nothing_is_claimed_of_velocities_in_which_nothing_is_missing() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "t,v", &velocities(0.4));
+    write(folder.path(), &velocities(0.4));
     let found = json(&stickslip(&["diagnose", ".", "--json"], folder.path()));
     assert_eq!(found["verdict"], "no_missing_effect", "{found:#}");
     assert_eq!(found["measured_quantity"], "velocity");
@@ -169,7 +169,7 @@ fn val_a_hidden_spring_is_found_in_velocities_tried_by_hand() {
             noisy(&all[3000..], seed)
         })
         .collect();
-    write(folder.path(), "t,v", &runs);
+    write(folder.path(), &runs);
     let found = json(&stickslip(
         &["try", ".", "--add", "cubic_stiffness", "--json"],
         folder.path(),
@@ -195,7 +195,7 @@ fn val_a_hidden_spring_is_found_in_velocities_tried_by_hand() {
 #[test]
 fn what_reads_displacements_alone_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "t,v", &velocities(0.3));
+    write(folder.path(), &velocities(0.3));
     for (words, said) in [
         (
             &["observe", "run0.csv", "--campaign", "."][..],

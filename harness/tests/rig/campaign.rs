@@ -13,22 +13,22 @@ pub const POINTS: [(f64, f64); 4] = [(0.06, 60.0), (0.1, 100.0), (0.12, 120.0), 
 pub const RATE: f64 = 1e4;
 
 /// Two columns of one run, time in s and another.
-fn csv(header: &str, values: &[f64]) -> String {
-    let mut text = format!("{header}\n");
+fn csv(column: &str, values: &[f64]) -> String {
+    let mut text = format!("t,{column}\n");
     for (k, v) in values.iter().enumerate() {
         let _ = writeln!(text, "{:.4},{v:.9e}", k as f64 / RATE);
     }
     text
 }
 
-/// Writes a campaign whose `channel` (as `velocity_column = "v"`) holds the values of each operating point.
-pub fn write(folder: &Path, channel: &str, header: &str, runs: &[Vec<f64>]) {
+/// Writes a campaign of each operating point's values, in the column that a key of `[channels]` (as `velocity_column`) names.
+pub fn write(folder: &Path, key: &str, column: &str, runs: &[Vec<f64>]) {
     let mut toml = format!(
         "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\ndamping_ratios = [0.00015, 0.00085]\nmass_kg = 0.427\n\
-         [channels]\n{channel}\n",
+         [channels]\n{key} = \"{column}\"\n",
     );
     for (i, (values, (belt, force))) in runs.iter().zip(POINTS).enumerate() {
-        std::fs::write(folder.join(format!("run{i}.csv")), csv(header, values)).unwrap();
+        std::fs::write(folder.join(format!("run{i}.csv")), csv(column, values)).unwrap();
         let _ = write!(
             toml,
             "[[run]]\nfile = \"run{i}.csv\"\nbelt_velocity_m_per_s = {belt:?}\nnormal_force_n = {force:?}\n"
