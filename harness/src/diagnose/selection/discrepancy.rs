@@ -155,15 +155,13 @@ fn one_further(
 ) -> Result<Vec<FittedModel>, Error> {
     let problem = screen.problem;
     let jobs = one_more(problem, &leader.choices);
-    let promises = screen.promises(&jobs, leader, watch)?;
     let price = price(problem, leader.choices.len());
-    let mut promising: Vec<(Vec<Choice>, Promise)> = jobs
+    let mut promising: Vec<(Vec<Choice>, Promise)> = screen
+        .by_promise(jobs, leader, watch)?
         .into_iter()
-        .zip(promises)
         .filter_map(|(choices, promise)| Some((choices, promise?)))
         .filter(|(_, promise)| promise.gain > price)
         .collect();
-    promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
     promising.truncate(FITTED);
     parallel(&promising, |(choices, promise)| {
         let there = screen.fitted_from(choices, promise.start.clone())?;

@@ -93,27 +93,21 @@ pub(crate) fn extend(
     Ok(Some(out))
 }
 
-/// Those of `jobs`, each `leader` with one effect more, that a score test on the segments compared promises a claim of; `None` where it
-/// promises none.
+/// Those of `jobs`, each `leader` with one effect more, that a score test on the segments compared promises a claim of, best first.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub(crate) fn visible(
     screen: &Screen,
-    jobs: &[Vec<Choice>],
+    jobs: Vec<Vec<Choice>>,
     leader: &FittedModel,
     watch: &dyn Watch,
-) -> Result<Option<Vec<Vec<Choice>>>, Error> {
+) -> Result<Vec<Vec<Choice>>, Error> {
     let price = price(screen.problem, leader.choices.len());
-    let promises = screen.promises(jobs, leader, watch)?;
-    let enough = |p: &Option<Promise>| p.as_ref().is_some_and(|p| p.gain > price + CLAIMED.ln());
-    let found: Vec<Vec<Choice>> = jobs
-        .iter()
-        .zip(&promises)
-        .filter(|(_, p)| enough(p))
-        .map(|(choices, _)| choices.clone())
-        .collect();
-    Ok((!found.is_empty()).then_some(found))
+    let ranked = screen.by_promise(jobs, leader, watch)?;
+    let is_claim = |p: &Option<Promise>| p.as_ref().is_some_and(|p| p.gain > price + CLAIMED.ln());
+    let claims = ranked.into_iter().filter(|(_, promise)| is_claim(promise));
+    Ok(claims.map(|(choices, _)| choices).collect())
 }
 
 /// Price in nats of an effect more than so many, beyond that of its constants.

@@ -1,6 +1,5 @@
 //! Pairs of effects: each of the best single effects with every other.
 
-use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::initialisation::search_options::THOROUGH;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
@@ -71,15 +70,12 @@ fn most_promising_first(
     leader: &FittedModel,
     watch: &dyn Watch,
 ) -> Result<Vec<Vec<Choice>>, Error> {
-    let promises = screen.promises(&jobs, leader, watch)?;
-    let gain = |p: &Option<Promise>| p.as_ref().map_or(0.0, |p| p.gain);
-    let mut order: Vec<(f64, Vec<Choice>)> = promises.iter().map(gain).zip(jobs).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let ranked = screen.by_promise(jobs, leader, watch)?;
+    let mut ranked: Vec<Vec<Choice>> = ranked.into_iter().map(|(choices, _)| choices).collect();
     let of_library = |choices: &Vec<Choice>| {
         let second = choices.last().expect("a pair");
         is_library_effect(&screen.problem.catalogue[second.effect].id)
     };
-    let mut ranked: Vec<Vec<Choice>> = order.into_iter().map(|(_, choices)| choices).collect();
     let later = ranked.split_off(BATCH.min(ranked.len()));
     ranked.extend(later.into_iter().filter(|choices| !of_library(choices)));
     ranked.sort_by_key(of_library);

@@ -47,6 +47,9 @@ const RETRIES: usize = 2;
 /// Jacobians for that.
 pub(crate) const RETRY: usize = 8;
 
+/// A hypothesis with what a score test promises of its last effect; `None` where it can't speak of it.
+pub(crate) type Promised = (Vec<Choice>, Option<Promise>);
+
 /// Segments on which hypotheses are compared.
 pub struct Screen<'a> {
     pub(crate) problem: &'a Problem<'a>,
@@ -113,6 +116,24 @@ impl<'a> Screen<'a> {
             true => Ok(None),
             false => promise(self.problem, choices, &at, &at),
         })
+    }
+
+    /// `jobs`, each `base` with one effect more, with what a score test promises of them, best first. What the test does not speak of
+    /// counts as gaining nothing.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn by_promise(
+        &self,
+        jobs: Vec<Vec<Choice>>,
+        base: &FittedModel,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Promised>, Error> {
+        let promises = self.promises(&jobs, base, watch)?;
+        let gain = |promise: &Option<Promise>| promise.as_ref().map_or(0.0, |p| p.gain);
+        let mut all: Vec<Promised> = jobs.into_iter().zip(promises).collect();
+        all.sort_by(|(_, a), (_, b)| gain(b).total_cmp(&gain(a)));
+        Ok(all)
     }
 
     /// Best first.

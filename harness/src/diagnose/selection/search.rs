@@ -5,7 +5,7 @@
 //! with the best.
 
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::score_test::{Promise, is_testable};
+use crate::diagnose::initialisation::score_test::is_testable;
 use crate::diagnose::initialisation::search_options::{
     BRIEF, CURVE, HIDDEN, STRONG_PRIOR, THOROUGH,
 };
@@ -17,7 +17,7 @@ use crate::diagnose::model::variants::{all_variants, library, unknown, variants}
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
 use crate::diagnose::selection::extension::{extend, one_more, visible};
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::screening::{Promised, Screen};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
 use crate::diagnose::stages;
@@ -54,7 +54,7 @@ pub(crate) struct Exploration<'a> {
     held_alone: Option<FittedModel>,
     /// Effects of the library that were not fitted yet, those first that a score test promises most of; `None` before they were
     /// ordered.
-    library: Option<Vec<Vec<Choice>>>,
+    library: Option<Vec<Promised>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
@@ -100,9 +100,13 @@ pub(crate) fn explore<'a>(
     };
     watch.stage(stages::FURTHER);
     found.try_harder()?;
-    if !problem.place_is_told() && !found.is_settled()? {
+    if !problem.place_is_told() && !found.calibrated.reaches_floor() {
         watch.stage(stages::LIBRARY);
-        found.add_library_effects(LIBRARY_BATCH)?;
+        let most = match found.is_settled()? {
+            true => found.library_rivals()?,
+            false => LIBRARY_BATCH,
+        };
+        found.add_library_effects(most)?;
     }
     if found.is_adequate() {
         watch.stage(stages::CLOSE);
@@ -288,9 +292,10 @@ impl Exploration<'_> {
     /// of). Whether a pair was found that is more probable than the leader.
     fn search_beside(&mut self, leader: &FittedModel) -> Result<bool, Error> {
         let jobs = one_more(self.problem, &leader.choices);
-        let Some(visible) = visible(self.screen, &jobs, leader, self.watch)? else {
+        let visible = visible(self.screen, jobs.clone(), leader, self.watch)?;
+        if visible.is_empty() {
             return Ok(false);
-        };
+        }
         let (of_library, of_catalogue): (Vec<_>, Vec<_>) = jobs
             .into_iter()
             .partition(|choices| self.adds_library_effect(choices));
@@ -328,21 +333,15 @@ impl Exploration<'_> {
         Ok(self.held_alone.clone().expect("just made"))
     }
 
-    /// The `count` of effects that a score test beside `alone` promises most of, each alone. Far from the noise the test orders and says no
-    /// more.
-    fn most_promising(
+    /// Effects, each alone, in the order of what a score test beside `alone` promises of them. Far from the noise the test orders
+    /// and says no more.
+    fn by_promise(
         &self,
         alone: &FittedModel,
         effects: Vec<Choice>,
-        count: usize,
-    ) -> Result<Vec<Vec<Choice>>, Error> {
-        let jobs: Vec<Vec<Choice>> = effects.into_iter().map(|c| vec![c]).collect();
-        let promises = self.screen.promises(&jobs, alone, self.watch)?;
-        let gain = |p: Option<Promise>| p.map_or(f64::NEG_INFINITY, |p| p.gain);
-        let mut all: Vec<(f64, Vec<Choice>)> = promises.into_iter().map(gain).zip(jobs).collect();
-        all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        all.truncate(count);
-        Ok(all.into_iter().map(|(_, choices)| choices).collect())
+    ) -> Result<Vec<Promised>, Error> {
+        let jobs = effects.into_iter().map(|c| vec![c]).collect();
+        self.screen.by_promise(jobs, alone, self.watch)
     }
 
     /// Whether the catalogue has no answer: nothing is adequate, or only an effect of the library or one with values along each run,
@@ -362,7 +361,9 @@ impl Exploration<'_> {
     fn add_unknown_functions(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
-        let jobs = self.most_promising(&alone, unknown(self.problem), UNKNOWN_FITTED)?;
+        let ranked = self.by_promise(&alone, unknown(self.problem))?;
+        let best = ranked.into_iter().take(UNKNOWN_FITTED);
+        let jobs: Vec<Vec<Choice>> = best.map(|(choices, _)| choices).collect();
         let held = screen.compete(&jobs, &alone, CURVE, watch)?;
         let mut found = screen.freed(&held)?;
         screen.finish(&mut found, watch)?;
@@ -371,16 +372,40 @@ impl Exploration<'_> {
         Ok(())
     }
 
+    /// The effects of the library that were not fitted yet, best first by what a score test promises of them.
+    fn library_left(&mut self) -> Result<Vec<Promised>, Error> {
+        match self.library.take() {
+            Some(left) => Ok(left),
+            None => self.by_promise(&self.calibrated, library(self.problem)),
+        }
+    }
+
+    /// How many effects of the library may explain the data as well as the best single effect does, which is adequate: those of
+    /// which a score test at the calibrated model promises no less than of that.
+    fn library_rivals(&mut self) -> Result<usize, Error> {
+        let Some(best) = self.singles.first() else {
+            return Ok(0);
+        };
+        let jobs = [best.choices.clone()];
+        let gained = self.calibrated.score() - best.score();
+        let promised = self.screen.promises(&jobs, &self.calibrated, self.watch)?;
+        let least = promised[0].as_ref().map_or(gained, |p| p.gain);
+        let left = self.library_left()?;
+        let no_less = |(_, p): &&Promised| p.as_ref().is_some_and(|p| p.gain >= least);
+        let count = left.iter().take_while(no_less).count();
+        self.library = Some(left);
+        Ok(count.min(LIBRARY_BATCH))
+    }
+
     /// Effects of the library as the only thing that the calibrated model lacks, hypotheses like the others: `most` of those that were
     /// not fitted yet, until one is adequate. A score test orders them. Far from the noise it can't tell more.
     fn add_library_effects(&mut self, most: usize) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.calibrated.clone();
-        let mut jobs = match self.library.take() {
-            Some(jobs) => jobs,
-            None => self.most_promising(&alone, library(self.problem), usize::MAX)?,
-        };
-        let later = jobs.split_off(most.min(jobs.len()));
+        let mut left = self.library_left()?;
+        let later = left.split_off(most.min(left.len()));
+        self.library = Some(later);
+        let jobs: Vec<Vec<Choice>> = left.into_iter().map(|(choices, _)| choices).collect();
         let mut found: Vec<FittedModel> = Vec::new();
         for batch in jobs.chunks(LIBRARY_BATCH) {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
@@ -389,7 +414,6 @@ impl Exploration<'_> {
                 break;
             }
         }
-        self.library = Some(later);
         screen.polish(&mut found, watch)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, found);
