@@ -14,7 +14,7 @@ use stickslip::command::{
     try_effects,
 };
 use stickslip::error::Error;
-use stickslip::measurement::Campaign;
+use stickslip::measurement::Measurand;
 use stickslip::parallel::on_this_thread;
 use stickslip::watch::Watch;
 
@@ -132,8 +132,6 @@ fn performed(command: &Command, program: PathBuf, watch: &dyn Watch) -> Result<R
             signals: Signals::Motion(simulate::perform(arguments, watch)?),
         },
         Command::Compare(arguments) => {
-            // The class of the result names its curves displacements.
-            Campaign::load(arguments.campaign())?.require_displacement("stickslip.compare")?;
             let found = compare::perform(arguments, watch)?;
             found.gate()?;
             Returned {
@@ -220,10 +218,17 @@ impl Signals {
                     of("time", run.curves.time)?;
                     of("measured", run.curves.measured)?;
                     of("model", run.curves.model)?;
-                    of("model_velocity", run.curves.model_other)?;
+                    let measurand = run.curves.measurand;
+                    let other = match measurand {
+                        Measurand::Displacement => "model_velocity",
+                        _ => "model_displacement",
+                    };
+                    of(other, run.curves.model_other)?;
                     of("residual", run.curves.residual)?;
                     let sticks = run.curves.measured_stick.sticks;
                     curves.set_item("sticks", PyArray1::from_vec(py, sticks))?;
+                    curves.set_item("quantity", measurand.name())?;
+                    curves.set_item("unit", measurand.unit())?;
                     list.append(curves)?;
                 }
                 out.set_item("curves", list)?;

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use stickslip::command::import::{Entry, beam_of_text, run_names, write};
-use stickslip::measurement::Campaign;
 use stickslip::measurement::logger::{Imported, Input};
+use stickslip::measurement::{Campaign, Measurand};
 
 use crate::raised::raised;
 
@@ -20,12 +20,9 @@ use crate::raised::raised;
 #[pyfunction]
 pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let campaign = py
-        .detach(|| {
-            let campaign = Campaign::load(&path)?;
-            campaign.require_displacement("stickslip.Campaign")?;
-            Ok(campaign)
-        })
+        .detach(|| Campaign::load(&path))
         .map_err(|error| raised(py, &error))?;
+    let measurand = campaign.measurand();
     let beam = PyDict::new(py);
     beam.set_item(
         "natural_frequencies_hz",
@@ -46,7 +43,7 @@ pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict
         entry.set_item("belt_velocity", run.belt_velocity)?;
         entry.set_item("normal_force", run.normal_force)?;
         entry.set_item("time", PyArray1::from_vec(py, run.time))?;
-        entry.set_item("displacement", PyArray1::from_vec(py, run.measured))?;
+        entry.set_item("measured", PyArray1::from_vec(py, run.measured))?;
         entry.set_item("inputs", inputs)?;
         entry.set_item("noise_std", run.noise.std)?;
         entry.set_item("sample_interval", run.sampling.interval)?;
@@ -56,6 +53,8 @@ pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict
     let out = PyDict::new(py);
     out.set_item("name", campaign.name)?;
     out.set_item("folder", campaign.folder)?;
+    out.set_item("quantity", measurand.name())?;
+    out.set_item("unit", measurand.unit())?;
     out.set_item("beam", beam)?;
     out.set_item("runs", runs)?;
     Ok(out)
@@ -79,7 +78,7 @@ impl Given<'_> {
     }
 }
 
-/// A run: name, times in s, displacement in m, belt velocity in m/s, normal force and external force in N.
+/// A run: name, times in s, what was measured in its SI unit, belt velocity in m/s, normal force and external force in N.
 type Run<'py> = (
     String,
     PyReadonlyArray1<'py, f64>,
@@ -89,7 +88,8 @@ type Run<'py> = (
     Option<Given<'py>>,
 );
 
-/// Writes a campaign of these runs into a new or empty folder. `beam` is the text of a TOML file with `[beam]`.
+/// Writes a campaign of these runs into a new or empty folder. `quantity` is what was measured at the tip: displacement, velocity
+/// or acceleration; `beam` the text of a TOML file with `[beam]`.
 ///
 /// # Errors
 /// Samples or a beam that can't be used, a folder that is not empty or can't be written, as exceptions of
@@ -100,14 +100,26 @@ pub fn write_campaign(
     folder: PathBuf,
     name: Option<String>,
     beam: Option<String>,
+    quantity: &str,
     runs: Vec<Run<'_>>,
 ) -> PyResult<()> {
+    let named = |m: &Measurand| m.name() == quantity;
+    let all = [
+        Measurand::Displacement,
+        Measurand::Velocity,
+        Measurand::Acceleration,
+    ];
+    let measurand = all.into_iter().find(named).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "quantity is '{quantity}'; give 'displacement', 'velocity' or 'acceleration'"
+        ))
+    })?;
     let names = run_names(runs.iter().map(|run| run.0.clone()));
     let mut imported = Vec::new();
-    for (name, time, displacement, belt, load, force) in &runs {
-        let lists = (time.as_slice()?.to_vec(), displacement.as_slice()?.to_vec());
+    for (name, time, measured, belt, load, force) in &runs {
+        let lists = (time.as_slice()?.to_vec(), measured.as_slice()?.to_vec());
         let force = force.as_ref().map(Given::input).transpose()?;
-        let run = Imported::of_samples(name, lists, belt.input()?, load.input()?, force);
+        let run = Imported::of_samples(name, measurand, lists, belt.input()?, load.input()?, force);
         imported.push(run.map_err(|error| raised(py, &error))?);
     }
     let entry = |(name, run)| Entry {

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,9 @@ Beam = Path | Mapping[str, Any] | None
 `{"natural_frequencies_hz": [80, 510], "mass_kg": 0.4}`; with the keys `beam`, `uncertainty` and
 `rig` all three tables."""
 
+Quantity = Literal["displacement", "velocity", "acceleration"]
+"""What the sensor at the tip measures."""
+
 Source = float | str
 """A value in the SI unit, the name of a channel of the file, or `mean:CHANNEL`."""
 
@@ -42,12 +45,16 @@ class Run:
     """N; the mean, where it varies"""
     time: NDArray[np.float64]
     """s"""
-    displacement: NDArray[np.float64]
-    """m"""
+    quantity: Quantity
+    """What the sensor at the tip measured."""
+    unit: str
+    """Its SI unit: m, m/s or m/s^2."""
+    measured: NDArray[np.float64]
+    """What it read, in that unit."""
     inputs: dict[str, NDArray[np.float64]]
     """What varies in time, by the FMU's names, SI units."""
     noise_std: float
-    """m"""
+    """Of what was measured, in its unit."""
     sample_interval: float
     """s"""
     understood: str | None
@@ -56,6 +63,15 @@ class Run:
     """Folder of the campaign."""
     keep: Folder | None = field(repr=False)
     """Keeps a temporary folder as long as the run."""
+
+    @property
+    def displacement(self) -> NDArray[np.float64]:
+        """What was measured, where that is a displacement, in m."""
+        if self.quantity != "displacement":
+            raise AttributeError(
+                f"run {self.name} holds a {self.quantity} in {self.unit}: take `measured`"
+            )
+        return self.measured
 
 
 class Campaign:
@@ -73,8 +89,13 @@ class Campaign:
         self.name: str = found["name"]
         self.beam: dict[str, list[float]] = found["beam"]
         """What is known of the structure; empty lists where nothing is."""
+        self.quantity: Quantity = found["quantity"]
+        """What the sensor at the tip measured, the same in all runs."""
+        self.unit: str = found["unit"]
+        """Its SI unit."""
+        shared = {"quantity": self.quantity, "unit": self.unit, "campaign": self.folder}
         self.runs = [
-            Run(**{**run, "file": FilePath(run["file"])}, campaign=self.folder, keep=self._keep)
+            Run(**{**run, "file": FilePath(run["file"])}, **shared, keep=self._keep)
             for run in found["runs"]
         ]
 
@@ -87,14 +108,16 @@ class Campaign:
         belt_velocity: ArrayLike | Sequence[ArrayLike],
         normal_force: ArrayLike | Sequence[ArrayLike],
         external_force: ArrayLike | Sequence[ArrayLike] | None = None,
+        quantity: Quantity = "displacement",
         names: Sequence[str] | None = None,
         name: str | None = None,
         beam: Beam = None,
         folder: Path | None = None,
     ) -> Campaign:
         """Of samples in memory: `time` in s, `displacement` in m, belt velocity in m/s, forces in
-        N, each a value or one for each sample. One run of plain arrays; several of lists with an
-        entry for each run."""
+        N, each a value or one for each sample. With another `quantity` the second argument holds
+        a velocity in m/s or an acceleration in m/s^2. One run of plain arrays; several of lists
+        with an entry for each run."""
         several = _is_several(time)
         times: list[Any] = list(time) if several else [time]  # type: ignore[arg-type]
         count = len(times)
@@ -103,7 +126,7 @@ class Campaign:
         loads = _each("normal_force", normal_force, count, several)
         forces = _each("external_force", external_force, count, several)
         called = list(names) if names is not None else [f"run{k:02}" for k in range(1, count + 1)]
-        for what, entries in (("displacement", moved), ("names", called)):
+        for what, entries in ((quantity, moved), ("names", called)):
             if len(entries) != count:
                 raise ValueError(
                     f"{what} has {len(entries)} entries for {count} runs; give one for each"
@@ -114,7 +137,7 @@ class Campaign:
         ]
 
         def write(into: FilePath) -> None:
-            _native.write_campaign(into, name, _beam_text(beam), runs)
+            _native.write_campaign(into, name, _beam_text(beam), quantity, runs)
 
         return cls._made(write, folder, name)
 
@@ -124,7 +147,9 @@ class Campaign:
         frame: pandas.DataFrame | Mapping[str, pandas.DataFrame],
         *,
         time: str | None = None,
-        displacement: str,
+        displacement: str | None = None,
+        velocity: str | None = None,
+        acceleration: str | None = None,
         belt_velocity: float | str,
         normal_force: float | str,
         external_force: float | str | None = None,
@@ -134,7 +159,7 @@ class Campaign:
         folder: Path | None = None,
     ) -> Campaign:
         """Of a pandas DataFrame in SI units: names of columns, or values in place of those of the
-        inputs. `time` is a column [default: the index]. Several runs: a mapping of names to frames,
+        inputs. One of `displacement`, `velocity` and `acceleration` names what was measured; `time` is a column [default: the index]. Several runs: a mapping of names to frames,
         or one frame with a column `run` that names them."""
         if isinstance(frame, Mapping):
             parts = {str(key): part for key, part in frame.items()}
@@ -148,9 +173,20 @@ class Campaign:
                 return part[source].to_numpy(dtype=float)
             return source
 
+        columns: dict[Quantity, str | None] = {
+            "displacement": displacement,
+            "velocity": velocity,
+            "acceleration": acceleration,
+        }
+        given = [(key, column) for key, column in columns.items() if column is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"{len(given)} of displacement, velocity and acceleration are given; name one column"
+            )
+        ((quantity, measured),) = given
         lists: dict[str, list[Any]] = {
             "time": [],
-            "displacement": [],
+            "measured": [],
             "belt": [],
             "load": [],
             "force": [],
@@ -159,16 +195,17 @@ class Campaign:
             lists["time"].append(
                 part.index.to_numpy(dtype=float) if time is None else of(part, time)
             )
-            lists["displacement"].append(of(part, displacement))
+            lists["measured"].append(of(part, measured))
             lists["belt"].append(of(part, belt_velocity))
             lists["load"].append(of(part, normal_force))
             lists["force"].append(of(part, external_force))
         return cls.from_arrays(
             lists["time"],
-            lists["displacement"],
+            lists["measured"],
             belt_velocity=lists["belt"],
             normal_force=lists["load"],
             external_force=lists["force"] if external_force is not None else None,
+            quantity=quantity,
             names=list(parts),
             name=name,
             beam=beam,
@@ -186,6 +223,8 @@ class Campaign:
         time: str | None = None,
         rate: float | None = None,
         displacement: str | None = None,
+        velocity: str | None = None,
+        acceleration: str | None = None,
         unit: str | Mapping[str, str] | None = None,
         scale: float | Mapping[str, float] | None = None,
         start: float | None = None,
@@ -201,8 +240,9 @@ class Campaign:
         Belt velocity (m/s), normal force and external force (N) are a value, a channel or
         `mean:CHANNEL`, one for all files or a list with one for each. `time` and `displacement` are
         channels [default: found by name and unit], `rate` samples per second for files without
-        times; `unit` and `scale` are those of the displacement, or by channel. `start` and `end`
-        (s) cut. As the command `import`."""
+        times; `velocity` or `acceleration` name the channel of what a vibrometer or an
+        accelerometer measured in place of a displacement; `unit` and `scale` are those of what was
+        measured, or by channel. `start` and `end` (s) cut. As the command `import`."""
         given = [files] if isinstance(files, (str, os.PathLike)) else list(files)
         with tempfile.TemporaryDirectory(prefix="stickslip-") as scratch:
             known: Path | None = None
@@ -223,6 +263,8 @@ class Campaign:
                     time=time,
                     rate=rate,
                     displacement=displacement,
+                    velocity=velocity,
+                    acceleration=acceleration,
                     unit=unit,
                     scale=scale,
                     start=start,
@@ -273,15 +315,15 @@ class Campaign:
         return pandas.DataFrame(rows, columns=list(header))
 
     def plot(self, *names: str) -> plotly.graph_objects.Figure:
-        """Measured displacement over time, run by run; without names all runs."""
+        """What was measured over time, run by run; without names all runs."""
         import plotly.graph_objects
 
         figure = plotly.graph_objects.Figure()
         for run in self.runs:
             if not names or run.name in names:
-                figure.add_scatter(x=run.time, y=run.displacement, name=run.name, mode="lines")
+                figure.add_scatter(x=run.time, y=run.measured, name=run.name, mode="lines")
         figure.update_xaxes(title_text="time [s]")
-        figure.update_yaxes(title_text="tip displacement [m]")
+        figure.update_yaxes(title_text=f"tip {self.quantity} [{self.unit}]")
         return figure.update_layout(
             title_text=f"Campaign '{self.name}' as measured", showlegend=True
         )
@@ -293,7 +335,7 @@ class Campaign:
             "normal_force_n",
             "samples",
             "duration_s",
-            "noise_m",
+            "noise_" + suffix(self.unit),
         ]
         rows: list[Sequence[Any]] = [
             (
@@ -314,6 +356,11 @@ class Campaign:
     def _repr_html_(self) -> str:
         header, rows = self._table()
         return f"<p>Campaign '{self.name}', {len(self.runs)} runs</p>" + table_html(header, rows)
+
+
+def suffix(unit: str) -> str:
+    """A unit as the names of columns have it."""
+    return unit.replace("/", "_per_").replace("^", "")
 
 
 def folder_of(campaign: Campaign | Path) -> str:

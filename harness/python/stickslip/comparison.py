@@ -13,7 +13,7 @@ from stickslip import _native
 from stickslip._progress import Progress, Told
 from stickslip._result import Folder, Result, parsed
 from stickslip._words import Path, fmu_or_own, words
-from stickslip.campaign import Campaign, folder_of
+from stickslip.campaign import Campaign, Quantity, folder_of, suffix
 
 
 @dataclass(frozen=True)
@@ -35,16 +35,22 @@ class RunComparison:
     remarks: list[str]
     time: NDArray[np.float64]
     """s"""
+    quantity: Quantity
+    """What the sensor at the tip measured."""
+    unit: str
+    """Its SI unit."""
     measured: NDArray[np.float64]
-    """Displacement, m."""
+    """In that unit."""
     model: NDArray[np.float64]
-    """Displacement, m."""
-    model_velocity: NDArray[np.float64]
-    """m/s; NaN where two motions of the model meet."""
+    """The same quantity."""
     residual: NDArray[np.float64]
-    """Measured minus model, m."""
+    """Measured minus model."""
     sticks: NDArray[np.bool_]
     """Whether the tip moves with the belt, as measured."""
+    model_velocity: NDArray[np.float64] | None = None
+    """m/s, where a displacement was measured; NaN where two motions of the model meet."""
+    model_displacement: NDArray[np.float64] | None = None
+    """m, where something else was measured."""
 
 
 class Comparison(Result):
@@ -70,7 +76,7 @@ class Comparison(Result):
     def _table(self) -> tuple[Sequence[str], list[Sequence[Any]]]:
         pairs = [
             ("period_s", "period"),
-            ("amplitude_m", "amplitude"),
+            ("amplitude_" + suffix(self.worst.unit), "amplitude"),
             ("stick_share", "stick_fraction"),
         ]
         header = ["run", "belt_velocity_m_per_s", "normal_force_n", "nrmse", "noise_floor"]

@@ -20,15 +20,15 @@ def demo() -> stickslip.Campaign:
     return stickslip.Campaign(REPOSITORY / "reference-data" / "demo")
 
 
-def motion(belt_velocity, normal_force, samples):
-    """Times and displacements of the reference model once it has settled, at 4 kHz, with noise of 1
-    micrometre."""
+def motion(belt_velocity, normal_force, samples, output="tip_displacement", noise_std=1e-6):
+    """Times and an output of the reference model once it has settled, at 4 kHz, with noise in the
+    output's unit."""
     found = stickslip.simulate(
         belt_velocity=belt_velocity,
         normal_force=normal_force,
         duration=2.0,
         step=2.5e-4,
-        variables=["tip_displacement"],
+        variables=[output],
         settings={
             "mode[1].damping_ratio": 0.00015,
             "mode[2].damping_ratio": 0.00085,
@@ -36,8 +36,8 @@ def motion(belt_velocity, normal_force, samples):
             "mode[2].mass": 0.427,
         },
     )
-    noise = np.random.default_rng(round(1e6 * belt_velocity)).normal(0, 1e-6, samples)
-    return found.time[-samples:], found["tip_displacement"][-samples:] + noise
+    noise = np.random.default_rng(round(1e6 * belt_velocity)).normal(0, noise_std, samples)
+    return found.time[-samples:], found[output][-samples:] + noise
 
 
 @pytest.fixture(scope="session")

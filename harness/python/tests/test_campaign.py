@@ -4,7 +4,7 @@ import numpy as np
 import pandas
 import pytest
 import scipy.io
-from conftest import BEAM
+from conftest import BEAM, motion
 
 import stickslip
 
@@ -103,3 +103,36 @@ def test_check_finds_what_can_t_be_meant(demo, small_arrays):
     assert not quality.usable and "remedy" in quality._repr_html_()
     with pytest.raises(stickslip.BadInput, match="can't be meant"):
         stickslip.compare(wrong)
+
+
+def test_velocities_and_accelerations_come_back_and_are_compared(tmp_path):
+    for quantity, unit, suffix, noise_std in [
+        ("velocity", "m/s", "m_per_s", 1e-4),
+        ("acceleration", "m/s^2", "m_per_s2", 0.2),
+    ]:
+        time, values = motion(0.06, 60.0, 2000, f"tip_{quantity}", noise_std)
+        options = {"belt_velocity": 0.06, "normal_force": 60.0, "beam": BEAM}
+        made = stickslip.Campaign.from_arrays(time, values, quantity=quantity, **options)
+        assert (made.quantity, made.unit) == (quantity, unit)
+        np.testing.assert_array_equal(made.runs[0].measured, values)
+        with pytest.raises(AttributeError, match=f"holds a {quantity}"):
+            _ = made.runs[0].displacement
+        assert f"noise_{suffix}" in made.to_pandas()
+        assert made.plot().layout.yaxis.title.text == f"tip {quantity} [{unit}]"
+        frame = pandas.DataFrame({"t": time, "y": values})
+        same = stickslip.Campaign.from_dataframe(frame, time="t", **{quantity: "y"}, **options)
+        np.testing.assert_array_equal(same.runs[0].measured, values)
+        file = tmp_path / f"{quantity}.csv"
+        frame.rename(columns={"t": "time_s", "y": f"y [{unit}]"}).to_csv(file, index=False)
+        read = stickslip.Campaign.from_csv(file, **{quantity: "y"}, **options)
+        np.testing.assert_array_equal(read.runs[0].measured, values)
+        found = stickslip.compare(made)
+        run = found.runs[0]
+        assert (run.quantity, run.unit) == (quantity, unit)
+        assert run.model_velocity is None and np.nanstd(run.model_displacement) > 1e-5
+        assert np.nanstd(run.residual) < 0.2 * np.std(values)
+        assert f"measured_amplitude_{suffix}" in found.to_pandas()
+    with pytest.raises(ValueError, match="quantity is 'strain'"):
+        stickslip.Campaign.from_arrays(time, values, quantity="strain", **options)
+    with pytest.raises(ValueError, match="2 of displacement, velocity and acceleration"):
+        stickslip.Campaign.from_dataframe(frame, displacement="y", velocity="y", **options)

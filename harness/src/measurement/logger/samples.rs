@@ -7,15 +7,16 @@ use super::{Imported, Input, Trouble};
 use crate::error::Error;
 
 impl Imported {
-    /// A run of samples in SI units: times in s, displacement in m, belt velocity in m/s, forces in N. `name` is what messages
-    /// call it.
+    /// A run of samples in SI units: times in s, what was measured at the tip, belt velocity in m/s, forces in N. `name` is what
+    /// messages call it.
     ///
     /// # Errors
     /// [`Error::LoggerFile`] with the quantity: times that don't rise, values that are no numbers, lists of different lengths,
     /// a negative normal force.
     pub fn of_samples(
         name: &str,
-        (time, displacement): (Vec<f64>, Vec<f64>),
+        measurand: Measurand,
+        (time, measured): (Vec<f64>, Vec<f64>),
         belt_velocity: Input,
         normal_force: Input,
         external_force: Option<Input>,
@@ -25,7 +26,7 @@ impl Imported {
             Err(trouble.of(quantity).at(Path::new(name)))
         };
         let samples = time.len();
-        let mut lists = vec![("time", &time), ("displacement", &displacement)];
+        let mut lists = vec![("time", &time), (measurand.name(), &measured)];
         let constants = [
             ("belt_velocity", Some(&belt_velocity)),
             ("normal_force", Some(&normal_force)),
@@ -75,8 +76,8 @@ impl Imported {
         }
         Ok(Imported {
             time,
-            measurand: Measurand::Displacement,
-            measured: displacement,
+            measurand,
+            measured,
             belt_velocity,
             normal_force,
             external_force,
@@ -92,7 +93,7 @@ mod tests {
     fn of(time: &[f64], displacement: &[f64], force: f64) -> Result<Imported, Error> {
         let lists = (time.to_vec(), displacement.to_vec());
         let (belt, load) = (Input::Series(vec![0.1; 3]), Input::Constant(force));
-        Imported::of_samples("run 7", lists, belt, load, None)
+        Imported::of_samples("run 7", Measurand::Displacement, lists, belt, load, None)
     }
 
     #[test]
