@@ -1,5 +1,7 @@
-//! Who the studio lets in, and what it gives away: by requests with a wrong token, Host, Origin, path and size. And what it
-//! says of bad input, while it lives on.
+//! Who the studio lets in, and what it gives away: by requests with a wrong token, Host, Origin, path and size. What it
+//! says of bad input, while it lives on. And what it draws of each quantity that a sensor may read.
+
+mod rig;
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
@@ -312,7 +314,13 @@ fn a_slider_moves_the_error_a_rung_is_kept_and_the_next_studio_goes_on() {
         error(&plain),
         error(&with)
     );
-    assert!(with["curves"]["displacement"].as_array().unwrap().len() > 1000);
+    assert!(with["curves"]["reading"].as_array().unwrap().len() > 1000);
+    assert!(
+        with["curves"]["displacement"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
     let keep = json!({ "kind": "keep", "draft": on, "base": 0, "name": "mine" });
     assert_eq!(studio.post("api/work", &keep.to_string()).0, 200);
     let board = studio.wait_until("the rung", |board| {
@@ -379,4 +387,71 @@ fn a_port_in_use_is_said_before_any_work() {
         said.contains(&port.to_string()) && said.contains("--port"),
         "{said}"
     );
+}
+
+/// Root mean square difference of two series where both are known, over the standard deviation of the second.
+fn difference(series: &Value, truth: &[f64]) -> f64 {
+    let series = series.as_array().unwrap();
+    assert_eq!(series.len(), truth.len());
+    let known = series.iter().zip(truth);
+    let known: Vec<(f64, f64)> = known.filter_map(|(s, t)| Some((s.as_f64()?, *t))).collect();
+    assert!(2 * known.len() > truth.len(), "{} known", known.len());
+    let square: f64 = known.iter().map(|(s, t)| (s - t).powi(2)).sum();
+    (square / known.len() as f64).sqrt() / rig::std(truth)
+}
+
+// Source: independent simulation (rig/), in which nothing is missing.
+#[test]
+fn val_the_page_has_the_whole_motion_of_what_a_vibrometer_or_an_accelerometer_reads() {
+    let motions = rig::campaign::motions(0.4);
+    type Signal = fn(&rig::Record) -> &Vec<f64>;
+    let cases: [(&str, &str, f64, Signal); 2] = [
+        ("velocity", "m/s", 1e-4, |r| &r.velocity),
+        ("acceleration", "m/s^2", 0.2, |r| &r.acceleration),
+    ];
+    for (quantity, unit, noise, signal) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = motions.iter().zip(1..);
+        let runs: Vec<Vec<f64>> = runs
+            .map(|(r, seed)| rig::campaign::with_noise(signal(r), 0.0, noise, seed))
+            .collect();
+        rig::campaign::write(folder.path(), &format!("{quantity}_column"), "s", &runs);
+        let studio = Studio::of(folder.path());
+        let (status, body) = studio.own("api/campaign");
+        assert_eq!(status, 200, "{body}");
+        let campaign: Value = serde_json::from_str(&body).unwrap();
+        assert_eq!(
+            campaign["quantity"],
+            json!({ "name": quantity, "unit": unit })
+        );
+        let (status, answer) = studio.predict(&nothing(), true);
+        assert_eq!(status, 200, "{answer}");
+        let (measured, curves) = (&campaign["runs"][0]["measured"], &answer["curves"]);
+        let truth = &motions[0];
+        for (of, series, truth, most) in [
+            ("measured", &measured["reading"], signal(truth), 0.05),
+            (
+                "measured displacement",
+                &measured["displacement"],
+                &truth.displacement,
+                0.05,
+            ),
+            ("predicted", &curves["reading"], signal(truth), 0.05),
+            (
+                "predicted displacement",
+                &curves["displacement"],
+                &truth.displacement,
+                0.05,
+            ),
+            (
+                "predicted velocity",
+                &curves["velocity"],
+                &truth.velocity,
+                0.05,
+            ),
+        ] {
+            let off = difference(series, truth);
+            assert!(off < most, "{quantity}, {of}: {off:.4} of the spread off");
+        }
+    }
 }

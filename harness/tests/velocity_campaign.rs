@@ -202,10 +202,6 @@ fn what_reads_displacements_alone_says_so() {
             "`observe` reads a tip displacement",
         ),
         (
-            &["studio", ".", "--end-after", "1"],
-            "`studio` reads a tip displacement",
-        ),
-        (
             &["try", ".", "--add", "sensor_lag"],
             "does not move the tip",
         ),

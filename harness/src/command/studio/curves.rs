@@ -6,10 +6,12 @@ use super::preview::Predicted;
 use crate::diagnose::data::break_away_events::events;
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::explanation::replay::FORCE;
+use crate::diagnose::model::hypothesis::output_of;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::error::Error;
+use crate::measurement::Measurand;
 use crate::metric::spectrum;
 use crate::parallel::parallel;
 
@@ -34,7 +36,7 @@ pub struct BreakAway {
 pub struct Lines {
     /// Hz.
     pub frequency: Vec<f32>,
-    /// Amplitude of the sine, m.
+    /// Amplitude of the sine, in the unit of what is measured.
     pub amplitude: Vec<f32>,
 }
 
@@ -45,7 +47,9 @@ pub struct Measured {
     pub name: String,
     /// Time since the run began, s.
     pub time: Vec<f32>,
-    /// Displacement of the tip, m.
+    /// What the sensor read, in its SI unit ([`Measurand`]).
+    pub reading: Vec<f32>,
+    /// Displacement of the tip, m, smoothed; empty where the sensor reads it.
     pub displacement: Vec<f32>,
     /// Velocity of the tip, smoothed, m/s.
     pub velocity: Vec<f32>,
@@ -60,9 +64,11 @@ pub struct Measured {
 /// The same run as a model predicts it, over the segments; `null` between them.
 #[derive(Debug, Serialize)]
 pub struct Curves {
-    /// Displacement of the tip, m.
+    /// What the sensor should read, in its SI unit.
+    pub reading: Vec<f32>,
+    /// Displacement of the tip, m; empty where the sensor reads it.
     pub displacement: Vec<f32>,
-    /// Measured less predicted displacement, m.
+    /// Measured less predicted reading, in the same unit.
     pub residual: Vec<f32>,
     /// Velocity of the tip, m/s.
     pub velocity: Vec<f32>,
@@ -99,7 +105,11 @@ pub fn measured(problem: &Problem, r: usize) -> Measured {
     Measured {
         name: run.name.clone(),
         time: run.time.iter().map(|t| (t - run.time[0]) as f32).collect(),
-        displacement: run.measured.iter().map(|d| *d as f32).collect(),
+        reading: run.measured.iter().map(|m| *m as f32).collect(),
+        displacement: match run.measurand {
+            Measurand::Displacement => Vec::new(),
+            _ => read(&smoothed.displacement),
+        },
         velocity: read(&smoothed.velocity),
         relative: read(&stick_slip.relative_velocity),
         friction: friction.into_iter().map(|f| f / normal).collect(),
@@ -131,8 +141,10 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
     };
     let normal = scale[1] * run.normal_force;
     let count = run.time.len();
+    let is_displacement = run.measurand == Measurand::Displacement;
     let mut out = Curves {
-        displacement: vec![f32::NAN; count],
+        reading: vec![f32::NAN; count],
+        displacement: vec![f32::NAN; if is_displacement { 0 } else { count }],
         residual: vec![f32::NAN; count],
         velocity: vec![f32::NAN; count],
         relative: vec![f32::NAN; count],
@@ -145,15 +157,21 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
     let mut tells_force = false;
     for (k, motion) in of_run.iter().zip(motions.into_iter().flatten()) {
         let segment = &problem.segments[*k];
-        let velocity = differences(&segment.time, &motion.displacement);
+        let velocity = match motion.velocity {
+            Some(velocity) => velocity,
+            None => differences(&segment.time, &motion.reading),
+        };
         let first = segment.first;
         let relative: Vec<f64> = (0..velocity.len())
             .map(|i| velocity[i] - belt(first + i))
             .collect();
         for i in 0..segment.time.len() {
-            let y = motion.displacement[i];
+            let y = motion.reading[i];
             whole[first + i] = y;
-            out.displacement[first + i] = y as f32;
+            out.reading[first + i] = y as f32;
+            if let Some(displacement) = &motion.displacement {
+                out.displacement[first + i] = displacement[i] as f32;
+            }
             out.residual[first + i] = (segment.measured[i] - y) as f32;
             out.velocity[first + i] = velocity[i] as f32;
             out.relative[first + i] = relative[i] as f32;
@@ -188,26 +206,43 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
 }
 
 struct Motion {
-    displacement: Vec<f64>,
+    /// What the sensor should read.
+    reading: Vec<f64>,
+    /// Displacement where the sensor reads something else.
+    displacement: Option<Vec<f64>>,
+    /// Velocity where it reads no displacement, whose differences it is.
+    velocity: Option<Vec<f64>>,
     force: Option<Vec<f64>>,
 }
 
-/// Displacement and force over segments; NaN from where the FMU gave up.
+/// What the sensor should read over segments, with the rest of the motion and the force; NaN from where the FMU gave up.
 fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<Motion>, Error> {
     let h = &of.hypothesis;
-    let force = problem.fmu.variable(FORCE).ok().map(|v| v.reference);
-    let observed = force.map(|reference| problem.references.observing(reference));
-    let mut motion = problem.predictor(h)?;
-    let mut contact = match &observed {
-        Some(references) => Some(Predictor::new(
-            problem.fmu,
-            references,
-            &problem.campaign.runs,
-            h,
-            &problem.work,
-        )?),
-        None => None,
+    let runs = &problem.campaign.runs;
+    let measurand = problem.campaign.measurand();
+    let observing = |variable: &str, is_wanted: bool| match problem.fmu.variable(variable) {
+        Ok(found) if is_wanted => Some(problem.references.observing(found.reference)),
+        _ => None,
     };
+    let observed = [
+        observing(
+            output_of(Measurand::Displacement),
+            measurand != Measurand::Displacement,
+        ),
+        observing(
+            output_of(Measurand::Velocity),
+            measurand == Measurand::Acceleration,
+        ),
+        observing(FORCE, true),
+    ];
+    let mut motion = problem.predictor(h)?;
+    let mut beside = Vec::new();
+    for references in &observed {
+        let predictor = references
+            .as_ref()
+            .map(|found| Predictor::new(problem.fmu, found, runs, h, &problem.work));
+        beside.push(predictor.transpose()?);
+    }
     let run = |predictor: &mut Predictor, segment: &Segment, k: usize| {
         let mut out = Vec::with_capacity(segment.time.len());
         let values = of.point.values(k, segment.run);
@@ -218,20 +253,28 @@ fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<M
     };
     let one = |&k: &usize| {
         let segment = &problem.segments[k];
-        let displacement = run(&mut motion, segment, k);
-        // A force must not be compared with the measured displacement, by which a motion is given up.
+        let reading = run(&mut motion, segment, k);
+        // Another output must not be compared with the measurement, by which a motion is given up.
         let free = Segment {
             measured: vec![f64::NAN; segment.measured.len()],
             ..segment.clone()
         };
-        let whole = displacement.last().is_some_and(|d| d.is_finite());
-        let force = contact.as_mut().map(|contact| match whole {
-            true => run(contact, &free, k),
-            false => vec![f64::NAN; displacement.len()],
+        let whole = reading.last().is_some_and(|d| d.is_finite());
+        let mut others = beside.iter_mut().map(|predictor| {
+            let predictor = predictor.as_mut()?;
+            Some(match whole {
+                true => run(predictor, &free, k),
+                false => vec![f64::NAN; reading.len()],
+            })
         });
+        let mut other = || others.next().expect("three outputs");
+        let (displacement, velocity, force) = (other(), other(), other());
         Motion {
             displacement,
+            velocity: velocity
+                .or_else(|| (measurand == Measurand::Velocity).then(|| reading.clone())),
             force,
+            reading,
         }
     };
     Ok(indices.iter().map(one).collect())

@@ -113,8 +113,12 @@ pub struct Wanted {
     time: Option<String>,
     /// Samples per second, for files without times.
     rate: Option<f64>,
-    /// Channel of the displacement; none finds it.
+    /// Channel of the displacement; none finds it, unless one of the next two is given.
     displacement: Option<String>,
+    /// Channel of the velocity, where a vibrometer measured that.
+    velocity: Option<String>,
+    /// Channel of the acceleration, where an accelerometer measured that.
+    acceleration: Option<String>,
     /// Its unit; none takes the file's.
     unit: Option<String>,
     /// Belt velocity of each file: a value in m/s or a channel.
@@ -163,6 +167,8 @@ fn line(desk: &Desk, wanted: &Wanted, folder: &std::path::Path) -> Result<Vec<Os
     let texts = [
         ("time", &wanted.time),
         ("displacement", &wanted.displacement),
+        ("velocity", &wanted.velocity),
+        ("acceleration", &wanted.acceleration),
         ("unit", &wanted.unit),
     ];
     for (name, value) in texts {

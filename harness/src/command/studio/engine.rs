@@ -40,9 +40,17 @@ struct Opened<'a> {
     fmu: String,
     horizon_s: f64,
     segments: usize,
+    quantity: Quantity,
     remarks: &'a [String],
     runs: Vec<RunView<'a>>,
     controls: Controls,
+}
+
+/// What the sensor reads.
+#[derive(Serialize)]
+struct Quantity {
+    name: &'static str,
+    unit: &'static str,
 }
 
 #[derive(Serialize)]
@@ -53,7 +61,8 @@ struct RunView<'a> {
     kept_out: bool,
     duration_s: f64,
     samples: usize,
-    noise_m: f64,
+    /// In the unit of what the sensor reads.
+    noise: f64,
     measured: Measured,
 }
 
@@ -93,7 +102,7 @@ pub fn run(desk: &Desk, fmu: &Fmu, campaign: Campaign, given: PathBuf, closing: 
             Some(_) => given.clone(),
             None => continue,
         };
-        match super::load(&path, given_campaign::Forced::default()) {
+        match given_campaign::load(&path, given_campaign::Forced::default()) {
             Ok(read) => {
                 (given, campaign) = (path, Some(read));
                 desk.post(|board| board.trouble = None);
@@ -157,6 +166,10 @@ fn open(
         fmu: fmu.path().display().to_string(),
         horizon_s: problem.horizon,
         segments: problem.segments.len(),
+        quantity: Quantity {
+            name: campaign.measurand().name(),
+            unit: campaign.measurand().unit(),
+        },
         remarks: &problem.remarks,
         runs: (0..problem.campaign.runs.len())
             .map(|r| run_view(&problem, r))
@@ -208,7 +221,7 @@ fn run_view<'a>(problem: &'a Problem, r: usize) -> RunView<'a> {
         kept_out: problem.held_out[r],
         duration_s: run.time[run.time.len() - 1] - run.time[0],
         samples: run.time.len(),
-        noise_m: problem.noise[r],
+        noise: problem.noise[r],
         measured: measured(problem, r),
     }
 }
@@ -405,7 +418,7 @@ fn orders(bench: &Bench, read_at: &[Stamp], closing: &AtomicBool) -> Option<Orde
                     Order::Open(path) => path,
                     _ => bench.given,
                 };
-                match super::load(path, given_campaign::Forced::default()) {
+                match given_campaign::load(path, given_campaign::Forced::default()) {
                     Ok(_) => return Some(order),
                     Err(error) => desk.post(|board| {
                         board.trouble = Some(format!(

@@ -17,7 +17,7 @@ mod server;
 mod work;
 
 use std::net::{Ipv4Addr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -26,7 +26,6 @@ use clap::Args;
 
 use super::given_campaign::{self, Forced};
 use crate::error::Error;
-use crate::measurement::Campaign;
 use crate::output::{make_folder, print_line, tell};
 
 /// Options of `studio`.
@@ -57,16 +56,6 @@ pub struct Arguments {
 /// Longest time after which the server may end by itself, s: a year.
 const LONGEST: f64 = 3.2e7;
 
-/// Loads a campaign; the page draws displacements.
-///
-/// # Errors
-/// As [`given_campaign::load`]; a campaign of something else.
-fn load(path: &Path, forced: Forced) -> Result<Campaign, Error> {
-    let campaign = given_campaign::load(path, forced)?;
-    campaign.require_displacement("studio")?;
-    Ok(campaign)
-}
-
 /// Runs the command until Ctrl-C.
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let end_after = arguments.end_after.map(seconds).transpose()?;
@@ -74,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         Some(path) => path.clone(),
         None => super::demo::campaign(),
     };
-    let campaign = load(&given, arguments.forced)?;
+    let campaign = given_campaign::load(&given, arguments.forced)?;
     make_folder(&arguments.output)?;
     let fmu = super::open_fmu(arguments.fmu.as_deref())?;
     let runtime = tokio::runtime::Builder::new_multi_thread()

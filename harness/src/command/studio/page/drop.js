@@ -3,6 +3,8 @@
 import { element, short } from './controls.js';
 import { get, post, sendFile } from './server.js';
 
+// What a sensor at the tip may read, with the units that its file may have left out.
+const UNITS = { displacement: ['m', 'mm', 'um', 'nm', 'V'], velocity: ['m/s', 'mm/s', 'um/s', 'V'], acceleration: ['m/s^2', 'g', 'V'] };
 const dialog = () => document.getElementById('import');
 const fail = (error) => { document.getElementById('import-error').textContent = error ? error.message : ''; };
 
@@ -31,8 +33,12 @@ function form(body, read, templates) {
   const names = channels.map((c) => [c.name, c.name]);
   const time = choice([['', 'found by name and unit'], ...names]);
   const rate = element('input', { type: 'number', step: 'any', min: 0, placeholder: 'only for files without times' });
-  const displacement = choice([['', 'found by unit and name'], ...names]);
-  const unit = choice([['', 'as the file says'], ...['m', 'mm', 'um', 'nm', 'V'].map((u) => [u, u])]);
+  const quantity = choice(Object.keys(UNITS).map((q) => [q, q]));
+  const motion = choice([['', 'found by unit and name'], ...names]);
+  const unit = choice([]);
+  const units = () => unit.replaceChildren(...choice([['', 'as the file says'], ...UNITS[quantity.value].map((u) => [u, u])]).children);
+  quantity.addEventListener('change', units);
+  units();
   const structure = choice([['', 'start values of the FMU'], ...templates.map((t) => [t.name, `${t.name}: ${t.sentence}`])]);
   const name = element('input', { value: read[0].file.replace(/\.[^.]*$/, '') });
   const points = read.map((file) => ({
@@ -43,7 +49,7 @@ function form(body, read, templates) {
   body.replaceChildren(
     element('div', { className: 'scroll', tabIndex: 0, role: 'region', ariaLabel: 'channels' }, table),
     field('Name of the campaign', name), field('Times', time), field('Samples per second', rate),
-    field('Displacement of the tip', displacement), field('Its unit', unit),
+    field('Measured at the tip', quantity), field('Its channel', motion), field('Its unit', unit),
     ...points.flatMap((p) => [field(`${p.file}: belt velocity in m/s`, p.belt), field(`${p.file}: normal force in N`, p.force)]),
     field('Structure', structure));
   document.getElementById('import-go').onclick = async () => {
@@ -53,10 +59,14 @@ function form(body, read, templates) {
       fail(new Error('Give belt velocity and normal force of each file: a value, or the name of a channel.'));
       return;
     }
+    if (quantity.value !== 'displacement' && !text(motion)) {
+      fail(new Error(`Choose the channel of the ${quantity.value}.`));
+      return;
+    }
     try {
       const made = await post('api/import', {
         files: read.map((f) => f.file), name: name.value, template: text(structure), time: text(time),
-        rate: rate.value === '' ? null : Number(rate.value), displacement: text(displacement), unit: text(unit),
+        rate: rate.value === '' ? null : Number(rate.value), [quantity.value]: text(motion), unit: text(unit),
         belt_velocity: points.map((p) => text(p.belt)), normal_force: points.map((p) => text(p.force)),
       });
       body.replaceChildren(element('p', {}, 'Imported. The campaign is being opened.'),

@@ -123,6 +123,9 @@ async function openCampaign(board) {
   showControls = build(state.campaign.controls, state, changed);
   showRuns();
   plots.unzoom();
+  plots.reads(state.campaign.quantity);
+  const { name } = state.campaign.quantity;
+  byId('quantity').textContent = `${name[0].toUpperCase()}${name.slice(1)}`;
   const about = { campaign: state.campaign.folder, FMU: state.campaign.fmu, output: state.campaign.output,
     segments: `${state.campaign.segments}, horizon ${(1e3 * state.campaign.horizon_s).toPrecision(3)} ms` };
   byId('about').replaceChildren(...Object.entries(about).flatMap(([k, v]) => [element('dt', {}, k), element('dd', {}, v)]),

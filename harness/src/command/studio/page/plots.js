@@ -45,21 +45,29 @@ const dots = (name, tone, x, y, more = {}) => ({
 let zoom = null;
 let drawn = null;
 
+// What the sensor reads, and the scales in which a tip's motion and its lines are read best.
+let quantity = { name: 'displacement', unit: 'm' };
+const prefixed = (prefix) => `${prefix}${quantity.unit}`.replace('^2', '²');
+/** Takes over what the sensor of a campaign reads. */
+export const reads = (of) => { quantity = of; };
+/** The displacement of a tip, which the sensor may read. */
+const displacement = (series) => (series.displacement.length ? series.displacement : series.reading);
+
 function motion({ run, curves, other }) {
   const m = run.measured;
   const kept = thin(m.time, zoom);
   const x = at(m.time, kept);
   const traces = [
-    line('measured', 'measured', x, at(m.displacement, kept, 1e3)),
-    line('model', 'model', x, at(curves.displacement, kept, 1e3)),
+    line('measured', 'measured', x, at(m.reading, kept, 1e3)),
+    line('model', 'model', x, at(curves.reading, kept, 1e3)),
   ];
-  if (other) traces.push(line(other.name, 'other', x, at(other.curves.displacement, kept, 1e3), { dash: 'dot' }));
+  if (other) traces.push(line(other.name, 'other', x, at(other.curves.reading, kept, 1e3), { dash: 'dot' }));
   traces.push(line('measured less model', 'model', x, at(curves.residual, kept, 1e3), { yaxis: 'y2', showlegend: false }));
   if (other) traces.push(line(`measured less ${other.name}`, 'other', x, at(other.curves.residual, kept, 1e3), { yaxis: 'y2', showlegend: false }));
   return draw('motion', traces, {
     xaxis: axis('time in s', { anchor: 'y2', range: zoom || undefined, autorange: !zoom }),
-    yaxis: axis('displacement<br>in mm', { domain: [0.42, 1] }),
-    yaxis2: axis('measured less<br>model in mm', { domain: [0, 0.34], anchor: 'x' }),
+    yaxis: axis(`${quantity.name}<br>in ${prefixed('m')}`, { domain: [0.42, 1] }),
+    yaxis2: axis(`measured less<br>model in ${prefixed('m')}`, { domain: [0, 0.34], anchor: 'x' }),
   });
 }
 
@@ -67,10 +75,10 @@ function phase({ run, curves, other }) {
   const m = run.measured;
   const kept = thin(m.time, zoom, 2 * MOST);
   const traces = [
-    line('measured', 'measured', at(m.displacement, kept, 1e3), at(m.velocity, kept)),
-    line('model', 'model', at(curves.displacement, kept, 1e3), at(curves.velocity, kept)),
+    line('measured', 'measured', at(displacement(m), kept, 1e3), at(m.velocity, kept)),
+    line('model', 'model', at(displacement(curves), kept, 1e3), at(curves.velocity, kept)),
   ];
-  if (other) traces.push(line(other.name, 'other', at(other.curves.displacement, kept, 1e3), at(other.curves.velocity, kept), { dash: 'dot' }));
+  if (other) traces.push(line(other.name, 'other', at(displacement(other.curves), kept, 1e3), at(other.curves.velocity, kept), { dash: 'dot' }));
   return draw('phase', traces, { xaxis: axis('displacement in mm'), yaxis: axis('velocity in m/s') });
 }
 
@@ -100,7 +108,7 @@ function spectrum({ curves, other }) {
   document.getElementById('spectrum-caption').textContent =
     `Amplitude spectra over ${curves.stretch.toPrecision(3)} s, the longest stretch that segments cover without a gap.`;
   return draw('spectrum', traces, {
-    xaxis: axis('frequency in Hz', { type: 'log' }), yaxis: axis('amplitude in µm', { type: 'log', exponentformat: 'power' }),
+    xaxis: axis('frequency in Hz', { type: 'log' }), yaxis: axis(`amplitude in ${prefixed('µ')}`, { type: 'log', exponentformat: 'power' }),
   });
 }
 
