@@ -35,13 +35,13 @@ const CAREFUL_STEPS: usize = 8;
 const DAMPING: f64 = 1e-4;
 /// Parts of the work for each processor: enough that none waits for the last, few as each needs an instance of the FMU.
 const PARTS: usize = 2;
-/// Error of a segment, over the standard deviation of the run's displacement, beyond which the motion has left the measurement.
+/// Error of a segment, over the standard deviation of the run's measurement, beyond which the motion has left the measurement.
 const AWAY: f64 = 2.0;
 
 /// Errors of a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Of each run: root mean square error over the standard deviation of the displacement, without the tenth of the segments that
+    /// Of each run: root mean square error over the standard deviation of what is measured, without the tenth of the segments that
     /// graze a transition; `None` for a run without segments.
     pub by_run: Vec<Option<f64>>,
     /// Of the runs that are fitted.
@@ -60,7 +60,7 @@ pub struct Predicted {
     pub hypothesis: Hypothesis,
     /// Its parameters, and where its segments start.
     pub point: Point,
-    /// Mean square residual of each segment, m^2.
+    /// Mean square residual of each segment, in the square of the sensor's unit.
     pub mean_square: Vec<f64>,
     /// Its errors.
     pub errors: Errors,
@@ -270,7 +270,7 @@ fn options(stride: usize) -> FitOptions {
     }
 }
 
-/// The errors that mean square residuals of all segments, in m^2, make.
+/// The errors that mean square residuals of all segments make.
 fn errors(problem: &Problem, mean_square: &[f64]) -> Errors {
     let mut squares = vec![Vec::new(); problem.campaign.runs.len()];
     let mut ran_away = 0;
