@@ -164,6 +164,7 @@ pub fn conclude(
         measured_quantity: problem.campaign.measurand(),
         candidates: standings(problem, selection),
         further_effects: further_effects(problem, selection),
+        untried_pairs: selection.untried.clone(),
         residual,
         proposed_terms,
         unknown,

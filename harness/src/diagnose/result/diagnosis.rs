@@ -164,6 +164,9 @@ pub struct Diagnosis {
     /// Effects beside those named of which a score test says that no fit could change the verdict.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub further_effects: Vec<FurtherEffect>,
+    /// Pairs of effects that were not tried since the budget of the search was spent, the most promising of each leader first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub untried_pairs: Vec<String>,
     /// Where the calibrated model fails.
     pub residual: serde_json::Value,
     /// Terms proposed where something outside the catalogue is missing; they stand in `residual`.

@@ -92,10 +92,12 @@ pub(crate) fn remarks(
             100.0 * more.fit.nrmse
         ));
     }
-    if !selection.explained && !selection.by_hand && problem.is_budget_spent() {
-        out.push(
-            "The budget of the search was spent before all pairs of effects were tried.".to_owned(),
-        );
+    if let (Some(next), false) = (selection.untried.first(), selection.stopped) {
+        out.push(format!(
+            "The budget of the search was spent before {} pairs of effects were tried, {next} the next of them; \
+             `try --add` of two effects tries a pair, `untried_pairs` in diagnosis.json lists them.",
+            selection.untried.len(),
+        ));
     }
     if selection.stopped {
         out.push("Stopped before the end: candidates not listed were not tried.".into());

@@ -13,6 +13,14 @@ use crate::watch::Watch;
 /// Pairs that are fitted before it is asked whether one explains the data: three for each of two cores.
 const BATCH: usize = 6;
 
+/// What a search among pairs has found.
+pub(crate) struct Searched {
+    /// The pairs tried, best first.
+    pub pairs: Vec<FittedModel>,
+    /// Those of the catalogue that were not begun, since the budget of the diagnosis was spent or on request.
+    pub untried: Vec<Vec<Choice>>,
+}
+
 /// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other of the catalogue and
 /// with those of the library that promise most. Ends with the first pair without values of its own along each run that comes
 /// down to the noise.
@@ -24,28 +32,45 @@ pub(crate) fn with_leaders(
     list: &[Choice],
     leaders: &[&FittedModel],
     watch: &dyn Watch,
-) -> Result<Vec<FittedModel>, Error> {
+) -> Result<Searched, Error> {
     let mut pairs: Vec<FittedModel> = Vec::new();
+    let mut untried: Vec<Vec<Choice>> = Vec::new();
     let mut led: Vec<Choice> = Vec::new();
     for leader in leaders {
         let first = &leader.choices[0];
-        let all = with(screen, first, list, &led);
-        for batch in most_promising_first(screen, all, leader, watch)?.chunks(BATCH) {
-            let mut new = screen.compete(batch, leader, THOROUGH, watch)?;
+        let mut left = with(screen, first, list, &led);
+        led.push(first.clone());
+        if pairs.is_empty() || !is_over(screen, watch) {
+            left = most_promising_first(screen, left, leader, watch)?;
+        }
+        while !left.is_empty() && (pairs.is_empty() || !is_over(screen, watch)) {
+            let batch: Vec<Vec<Choice>> = left.drain(..BATCH.min(left.len())).collect();
+            let mut new = screen.compete(&batch, leader, THOROUGH, watch)?;
             screen.lend_lines(&mut new, list)?;
             if pairs.first().is_none_or(|best| new[0].is_before(best)) {
                 screen.polish(&mut new, watch)?;
                 screen.finish(&mut new, watch)?;
             }
             screen.keep_better(&mut pairs, new);
-            if is_over(screen, watch) || explains(screen, pairs.first_mut())? {
+            if !is_over(screen, watch) && explains(screen, pairs.first_mut())? {
                 screen.sort(&mut pairs);
-                return Ok(pairs);
+                let untried = Vec::new();
+                return Ok(Searched { pairs, untried });
             }
         }
-        led.push(first.clone());
+        untried.extend(
+            left.into_iter()
+                .filter(|pair| !adds_library_effect(screen, pair)),
+        );
     }
-    Ok(pairs)
+    screen.sort(&mut pairs);
+    Ok(Searched { pairs, untried })
+}
+
+/// Whether the second effect of a pair is one of the library.
+fn adds_library_effect(screen: &Screen, pair: &[Choice]) -> bool {
+    let second = pair.last().expect("a pair");
+    is_library_effect(&screen.problem.catalogue[second.effect].id)
 }
 
 /// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.
@@ -72,10 +97,7 @@ fn most_promising_first(
 ) -> Result<Vec<Vec<Choice>>, Error> {
     let ranked = screen.by_promise(jobs, leader, watch)?;
     let mut ranked: Vec<Vec<Choice>> = ranked.into_iter().map(|(choices, _)| choices).collect();
-    let of_library = |choices: &Vec<Choice>| {
-        let second = choices.last().expect("a pair");
-        is_library_effect(&screen.problem.catalogue[second.effect].id)
-    };
+    let of_library = |choices: &Vec<Choice>| adds_library_effect(screen, choices);
     let later = ranked.split_off(BATCH.min(ranked.len()));
     ranked.extend(later.into_iter().filter(|choices| !of_library(choices)));
     ranked.sort_by_key(of_library);

@@ -57,6 +57,8 @@ pub(crate) struct Exploration<'a> {
     library: Option<Vec<Promised>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
+    /// Pairs that were not begun ([`pairs::Searched`]).
+    pub untried: Vec<Vec<Choice>>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
     pub tested: Vec<Tested>,
 }
@@ -96,6 +98,7 @@ pub(crate) fn explore<'a>(
         held_alone: None,
         library: None,
         pairs: Vec::new(),
+        untried: Vec::new(),
         tested: Vec::new(),
     };
     watch.stage(stages::FURTHER);
@@ -429,7 +432,8 @@ impl Exploration<'_> {
         let best = self.singles.first().filter(imitates);
         let leaders: Vec<&FittedModel> = known.take(LEADERS).chain(best).collect();
         let found = pairs::with_leaders(self.screen, &self.list, &leaders, self.watch)?;
-        self.screen.keep_better(&mut self.pairs, found);
+        self.screen.keep_better(&mut self.pairs, found.pairs);
+        self.untried = found.untried;
         Ok(())
     }
 

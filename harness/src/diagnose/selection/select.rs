@@ -58,6 +58,8 @@ pub struct Selection {
     pub singles: Vec<FittedModel>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
+    /// Names of the pairs that were not begun before the budget of the search was spent; empty where something explains the data.
+    pub untried: Vec<String>,
     /// Effects beside an adequate hypothesis that were tested and not fitted.
     pub tested: Vec<Tested>,
     /// The path from the calibrated model: one effect more each time.
@@ -142,6 +144,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         mut singles,
         mut pairs,
         tested,
+        untried,
         ..
     } = explore(problem, &screen, watch)?;
     let stopped = watch.stop();
@@ -155,6 +158,12 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         .collect();
     let best = decide(problem, &mut all)?;
     let explained = best.is_some();
+    let mut untried: Vec<String> = match explained {
+        true => Vec::new(),
+        false => untried.iter().map(|pair| name(problem, pair)).collect(),
+    };
+    // Forms of an effect have one name.
+    untried.dedup();
     let mut path = match best {
         Some(0) => Vec::new(),
         Some(i) if i <= singles.len() => vec![singles.remove(i - 1)],
@@ -213,6 +222,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         calibrated,
         singles,
         pairs,
+        untried,
         tested,
         path,
         explained,
@@ -383,6 +393,7 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         calibrated,
         singles: Vec::new(),
         pairs: Vec::new(),
+        untried: Vec::new(),
         tested: Vec::new(),
         by_break_aways: !explained && is_profile_alone && problem.place_is_told(),
         explained,
