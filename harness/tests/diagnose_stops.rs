@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use stickslip::command::diagnose::{Null, Search, diagnose};
 use stickslip::command::open_fmu;
-use stickslip::diagnose::result::diagnosis::Verdict;
+use stickslip::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use stickslip::measurement::Campaign;
 use stickslip::watch::Watch;
 
@@ -59,23 +59,45 @@ fn a_diagnosis_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been() {
     let folder = tempfile::tempdir().unwrap();
     let fmu = open_fmu(None).unwrap();
     let campaign = Campaign::load(&demo()).unwrap();
+    let search = Search {
+        null: Null::Simulate(1),
+        ..Search::default()
+    };
     let run = |name: &str, watch: &dyn Watch| {
         let output = folder.path().join(name);
         std::fs::create_dir_all(&output).unwrap();
-        let diagnosis = diagnose(&fmu, &campaign, &Search::default(), &output, watch).unwrap();
-        let kept = output.join("unfinished.fits").is_file();
-        let mut json = serde_json::to_value(&diagnosis).unwrap();
+        let diagnosis = diagnose(&fmu, &campaign, &search, &output, watch).unwrap();
+        (diagnosis, output.join("unfinished.fits").is_file())
+    };
+    let without_counters = |diagnosis: &Diagnosis| {
+        let mut json = serde_json::to_value(diagnosis).unwrap();
         // How much was computed is what resuming changes.
         json.as_object_mut().unwrap().remove("counters");
-        (json, diagnosis.counters, kept)
+        json
     };
-    let (_, _, kept) = run("stopped", &StopAfter(AtomicUsize::new(12)));
+    let (_, kept) = run("stopped", &StopAfter(AtomicUsize::new(12)));
     assert!(kept, "what was fitted is gone");
-    let (resumed, rest, kept) = run("stopped", &());
+    let (resumed, kept) = run("stopped", &());
     assert!(!kept, "a finished diagnosis leaves unfinished work");
-    let (at_once, all, _) = run("at once", &());
-    assert_eq!(resumed, at_once);
+    let (at_once, _) = run("at once", &());
+    assert_eq!(without_counters(&resumed), without_counters(&at_once));
+    let (rest, all) = (&resumed.counters, &at_once.counters);
     assert!(rest.fits < all.fits, "{rest:?} of {all:?}");
+    chance_gains_less_than_the_effect(&at_once);
+}
+
+/// What a campaign that is simulated without the effect says of a diagnosis.
+fn chance_gains_less_than_the_effect(diagnosis: &Diagnosis) {
+    assert_eq!(diagnosis.verdict, Verdict::EffectFound);
+    assert_eq!(diagnosis.gains_by_chance.len(), diagnosis.effects.len());
+    let by_chance = &diagnosis.gains_by_chance[0];
+    assert_eq!(by_chance.len(), 1);
+    let evidence = &diagnosis.effects[0].evidence;
+    assert!(evidence.threshold >= by_chance[0]);
+    // What is there gains far more than what is not.
+    assert!(evidence.gain > 10.0 * by_chance[0].max(1.0), "{evidence:?}");
+    // One campaign in which chance gains less: at most one in two.
+    assert_eq!(evidence.p_value, Some(0.5));
 }
 
 #[cfg(unix)]
@@ -115,32 +137,4 @@ fn ctrl_c_ends_the_command_cleanly_with_its_files_written() {
         let summary = diagnosis["summary"].to_string();
         assert!(summary.contains("not decided"), "{summary}");
     }
-}
-
-#[test]
-fn simulated_campaigns_without_the_effect_raise_the_threshold_and_give_a_chance() {
-    let folder = tempfile::tempdir().unwrap();
-    let fmu = open_fmu(None).unwrap();
-    let campaign = Campaign::load(&demo()).unwrap();
-    let diagnosis = diagnose(
-        &fmu,
-        &campaign,
-        &Search {
-            null: Null::Simulate(1),
-            ..Search::default()
-        },
-        folder.path(),
-        &(),
-    )
-    .unwrap();
-    assert_eq!(diagnosis.verdict, Verdict::EffectFound);
-    assert_eq!(diagnosis.gains_by_chance.len(), diagnosis.effects.len());
-    let by_chance = &diagnosis.gains_by_chance[0];
-    assert_eq!(by_chance.len(), 1);
-    let evidence = &diagnosis.effects[0].evidence;
-    assert!(evidence.threshold >= by_chance[0]);
-    // What is there gains far more than what is not.
-    assert!(evidence.gain > 10.0 * by_chance[0].max(1.0), "{evidence:?}");
-    // One campaign in which chance gains less: at most one in two.
-    assert_eq!(evidence.p_value, Some(0.5));
 }

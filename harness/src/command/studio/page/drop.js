@@ -9,7 +9,8 @@ const dialog = () => document.getElementById('import');
 const fail = (error) => { document.getElementById('import-error').textContent = error ? error.message : ''; };
 
 const field = (text, input) => element('label', {}, `${text} `, input);
-const choice = (options) => element('select', {}, ...options.map(([value, text]) => element('option', { value }, text)));
+const options = (list) => list.map(([value, text]) => element('option', { value }, text));
+const choice = (list) => element('select', {}, ...options(list));
 
 async function offer(files) {
   fail(null);
@@ -36,7 +37,7 @@ function form(body, read, templates) {
   const quantity = choice(Object.keys(UNITS).map((q) => [q, q]));
   const motion = choice([['', 'found by unit and name'], ...names]);
   const unit = choice([]);
-  const units = () => unit.replaceChildren(...choice([['', 'as the file says'], ...UNITS[quantity.value].map((u) => [u, u])]).children);
+  const units = () => unit.replaceChildren(...options([['', 'as the file says'], ...UNITS[quantity.value].map((u) => [u, u])]));
   quantity.addEventListener('change', units);
   units();
   const structure = choice([['', 'start values of the FMU'], ...templates.map((t) => [t.name, `${t.name}: ${t.sentence}`])]);
