@@ -38,7 +38,7 @@ function form(body, read, templates) {
   const motion = choice([['', 'found by unit and name'], ...names]);
   const unit = choice([]);
   const units = () => unit.replaceChildren(...options([['', 'as the file says'], ...UNITS[quantity.value].map((u) => [u, u])]));
-  quantity.addEventListener('change', units);
+  quantity.addEventListener('change', () => { units(); fail(null); });
   units();
   const structure = choice([['', 'start values of the FMU'], ...templates.map((t) => [t.name, `${t.name}: ${t.sentence}`])]);
   const name = element('input', { value: read[0].file.replace(/\.[^.]*$/, '') });
