@@ -4,7 +4,7 @@
 
 mod rig;
 
-use rig::campaign::{POINTS, json, motions, stickslip, with_noise};
+use rig::campaign::{POINTS, disturbed, json, motions, stickslip, with_noise};
 use std::path::Path;
 use stickslip::check::{Severity, check};
 use stickslip::measurement::Campaign;
@@ -22,11 +22,7 @@ fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
 }
 
 fn accelerations(duration: f64) -> Vec<Vec<f64>> {
-    let runs = motions(duration);
-    runs.iter()
-        .zip(1..)
-        .map(|(r, seed)| noisy(&r.acceleration, seed))
-        .collect()
+    disturbed(&motions(duration), |r| &r.acceleration, OFFSET, NOISE)
 }
 
 // Source: independent simulation (rig/).

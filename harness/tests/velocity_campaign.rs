@@ -4,7 +4,7 @@
 
 mod rig;
 
-use rig::campaign::{POINTS, RATE, json, motions, stickslip, with_noise};
+use rig::campaign::{POINTS, RATE, disturbed, json, motions, stickslip, with_noise};
 use std::path::Path;
 use stickslip::check::{Severity, check};
 use stickslip::measurement::Campaign;
@@ -21,11 +21,7 @@ fn noisy(values: &[f64], seed: u64) -> Vec<f64> {
 }
 
 fn velocities(duration: f64) -> Vec<Vec<f64>> {
-    let runs = motions(duration);
-    runs.iter()
-        .zip(1..)
-        .map(|(r, seed)| noisy(&r.velocity, seed))
-        .collect()
+    disturbed(&motions(duration), |r| &r.velocity, 0.0, NOISE)
 }
 
 // Source: independent simulation (rig/).

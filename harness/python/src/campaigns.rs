@@ -104,12 +104,7 @@ pub fn write_campaign(
     runs: Vec<Run<'_>>,
 ) -> PyResult<()> {
     let named = |m: &Measurand| m.name() == quantity;
-    let all = [
-        Measurand::Displacement,
-        Measurand::Velocity,
-        Measurand::Acceleration,
-    ];
-    let measurand = all.into_iter().find(named).ok_or_else(|| {
+    let measurand = Measurand::ALL.into_iter().find(named).ok_or_else(|| {
         PyValueError::new_err(format!(
             "quantity is '{quantity}'; give 'displacement', 'velocity' or 'acceleration'"
         ))

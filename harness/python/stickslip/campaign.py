@@ -159,8 +159,9 @@ class Campaign:
         folder: Path | None = None,
     ) -> Campaign:
         """Of a pandas DataFrame in SI units: names of columns, or values in place of those of the
-        inputs. One of `displacement`, `velocity` and `acceleration` names what was measured; `time` is a column [default: the index]. Several runs: a mapping of names to frames,
-        or one frame with a column `run` that names them."""
+        inputs. One of `displacement`, `velocity` and `acceleration` names what was measured; `time`
+        is a column [default: the index]. Several runs: a mapping of names to frames, or one frame
+        with a column `run` that names them."""
         if isinstance(frame, Mapping):
             parts = {str(key): part for key, part in frame.items()}
         elif run is not None:

@@ -19,6 +19,13 @@ pub enum Measurand {
 }
 
 impl Measurand {
+    /// What a run may hold.
+    pub const ALL: [Measurand; 3] = [
+        Measurand::Displacement,
+        Measurand::Velocity,
+        Measurand::Acceleration,
+    ];
+
     /// What it is called.
     pub fn name(self) -> &'static str {
         match self {

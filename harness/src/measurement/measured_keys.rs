@@ -10,18 +10,11 @@ use crate::error::Error;
 /// Column and scale of a measured quantity, as far as they are stated.
 pub(super) type MeasuredKeys = (Option<Spanned<String>>, Option<Spanned<f64>>);
 
-/// What a run may hold.
-const MEASURANDS: [Measurand; 3] = [
-    Measurand::Displacement,
-    Measurand::Velocity,
-    Measurand::Acceleration,
-];
-
-/// The keys of each of [`MEASURANDS`].
-pub(super) type KeysOfAll = [MeasuredKeys; MEASURANDS.len()];
+/// The keys of each of [`Measurand::ALL`].
+pub(super) type KeysOfAll = [MeasuredKeys; Measurand::ALL.len()];
 
 impl Check<'_> {
-    /// What the sensor measured, in the order of [`MEASURANDS`]: columns and scales of the run, and those of all runs. Keys of
+    /// What the sensor measured, in the order of [`Measurand::ALL`]: columns and scales of the run, and those of all runs. Keys of
     /// the run come before those of all runs; of one quantity alone there may be keys.
     pub(super) fn measured(&self, of_run: KeysOfAll, of_all: KeysOfAll) -> Result<Measured, Error> {
         let is_stated = |keys: &MeasuredKeys| keys.0.is_some() || keys.1.is_some();
@@ -38,7 +31,7 @@ impl Check<'_> {
             return Ok(Measured::default());
         };
         let (measurand, [run, all]) = (
-            MEASURANDS[which],
+            Measurand::ALL[which],
             [of_run, of_all].map(|keys| {
                 let mut keys = keys;
                 std::mem::take(&mut keys[which])
@@ -59,11 +52,11 @@ impl Check<'_> {
     fn two_quantities(&self, keys: &KeysOfAll, which: [usize; 2]) -> Error {
         let of = |i: usize| match (&keys[i].0, &keys[i].1) {
             (Some(column), _) => {
-                let key = MEASURANDS[i].column_key();
+                let key = Measurand::ALL[i].column_key();
                 (format!("{key} = {:?}", column.get_ref()), column.span())
             }
             (None, Some(scale)) => {
-                let key = MEASURANDS[i].scale_key();
+                let key = Measurand::ALL[i].scale_key();
                 (format!("{key} = {}", scale.get_ref()), scale.span())
             }
             (None, None) => (String::new(), 0..0),

@@ -57,6 +57,19 @@ pub fn with_noise(values: &[f64], offset: f64, std: f64, seed: u64) -> Vec<f64> 
     values.iter().map(disturbed).collect()
 }
 
+/// A signal of each run, disturbed likewise, each by noise of its own.
+pub fn disturbed(
+    runs: &[Record],
+    signal: fn(&Record) -> &Vec<f64>,
+    offset: f64,
+    std: f64,
+) -> Vec<Vec<f64>> {
+    let numbered = runs.iter().zip(1..);
+    numbered
+        .map(|(run, seed)| with_noise(signal(run), offset, std, seed))
+        .collect()
+}
+
 /// The command run in a folder.
 pub fn stickslip(words: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_stickslip"))

@@ -55,11 +55,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The campaign's folder or file.
-    pub fn campaign(&self) -> &Path {
-        &self.campaign
-    }
-
     /// Plain comparison, without a gate.
     pub fn of(campaign: PathBuf, fmu: Option<PathBuf>, output: PathBuf) -> Arguments {
         Arguments {

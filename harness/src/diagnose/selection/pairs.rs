@@ -2,8 +2,7 @@
 
 use crate::diagnose::initialisation::search_options::THOROUGH;
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::library::is_library_effect;
-use crate::diagnose::model::variants::library;
+use crate::diagnose::model::variants::{adds_library_effect, library};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::Screen;
@@ -39,38 +38,34 @@ pub(crate) fn with_leaders(
     for leader in leaders {
         let first = &leader.choices[0];
         let mut left = with(screen, first, list, &led);
+        // However much is spent by then, the best pairs of the first leader are tried.
+        let mut goes_on = led.is_empty() || !is_over(screen, watch);
         led.push(first.clone());
-        if pairs.is_empty() || !is_over(screen, watch) {
+        if goes_on {
             left = most_promising_first(screen, left, leader, watch)?;
         }
-        while !left.is_empty() && (pairs.is_empty() || !is_over(screen, watch)) {
+        while goes_on && !left.is_empty() {
             let batch: Vec<Vec<Choice>> = left.drain(..BATCH.min(left.len())).collect();
             let mut new = screen.compete(&batch, leader, THOROUGH, watch)?;
             screen.lend_lines(&mut new, list)?;
-            if pairs.first().is_none_or(|best| new[0].is_before(best)) {
+            let is_best = |new: &FittedModel| pairs.first().is_none_or(|best| new.is_before(best));
+            if new.first().is_some_and(is_best) {
                 screen.polish(&mut new, watch)?;
                 screen.finish(&mut new, watch)?;
             }
             screen.keep_better(&mut pairs, new);
-            if !is_over(screen, watch) && explains(screen, pairs.first_mut())? {
+            goes_on = !is_over(screen, watch);
+            if goes_on && explains(screen, pairs.first_mut())? {
                 screen.sort(&mut pairs);
                 let untried = Vec::new();
                 return Ok(Searched { pairs, untried });
             }
         }
-        untried.extend(
-            left.into_iter()
-                .filter(|pair| !adds_library_effect(screen, pair)),
-        );
+        let of_library = |pair: &Vec<Choice>| adds_library_effect(screen.problem, pair);
+        untried.extend(left.into_iter().filter(|pair| !of_library(pair)));
     }
     screen.sort(&mut pairs);
     Ok(Searched { pairs, untried })
-}
-
-/// Whether the second effect of a pair is one of the library.
-fn adds_library_effect(screen: &Screen, pair: &[Choice]) -> bool {
-    let second = pair.last().expect("a pair");
-    is_library_effect(&screen.problem.catalogue[second.effect].id)
 }
 
 /// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.
@@ -97,7 +92,7 @@ fn most_promising_first(
 ) -> Result<Vec<Vec<Choice>>, Error> {
     let ranked = screen.by_promise(jobs, leader, watch)?;
     let mut ranked: Vec<Vec<Choice>> = ranked.into_iter().map(|(choices, _)| choices).collect();
-    let of_library = |choices: &Vec<Choice>| adds_library_effect(screen, choices);
+    let of_library = |choices: &Vec<Choice>| adds_library_effect(screen.problem, choices);
     let later = ranked.split_off(BATCH.min(ranked.len()));
     ranked.extend(later.into_iter().filter(|choices| !of_library(choices)));
     ranked.sort_by_key(of_library);

@@ -13,7 +13,9 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
+use crate::diagnose::model::variants::{
+    adds_library_effect, all_variants, library, unknown, variants,
+};
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
 use crate::diagnose::selection::extension::{extend, one_more, visible};
 use crate::diagnose::selection::fitted_model::FittedModel;
@@ -301,7 +303,7 @@ impl Exploration<'_> {
         }
         let (of_library, of_catalogue): (Vec<_>, Vec<_>) = jobs
             .into_iter()
-            .partition(|choices| self.adds_library_effect(choices));
+            .partition(|choices| adds_library_effect(self.problem, choices));
         let of_library = of_library.into_iter().filter(|c| visible.contains(c));
         let mut found = self.hidden(of_library.collect(), leader)?;
         let more = self
@@ -319,12 +321,6 @@ impl Exploration<'_> {
         Ok(best.is_some_and(|pair| {
             log_posterior(self.problem, pair) > log_posterior(self.problem, leader)
         }))
-    }
-
-    /// Whether the last effect of a hypothesis is one of the library.
-    fn adds_library_effect(&self, choices: &[Choice]) -> bool {
-        let last = choices.last();
-        last.is_some_and(|c| is_library_effect(&self.problem.catalogue[c.effect].id))
     }
 
     /// The reference model held to what is believed of it. What it leaves is due to what is missing, where a calibrated one
@@ -426,8 +422,9 @@ impl Exploration<'_> {
     /// Pairs of which neither is adequate alone, formed with the best single effects of the catalogue. What imitates much leads last, and only
     /// where it is the best of all: values of its own along each run, and effects of the library.
     fn pair(&mut self) -> Result<(), Error> {
-        let imitates =
-            |single: &&FittedModel| single.is_local() || self.adds_library_effect(&single.choices);
+        let imitates = |single: &&FittedModel| {
+            single.is_local() || adds_library_effect(self.problem, &single.choices)
+        };
         let known = self.singles.iter().filter(|single| !imitates(single));
         let best = self.singles.first().filter(imitates);
         let leaders: Vec<&FittedModel> = known.take(LEADERS).chain(best).collect();
