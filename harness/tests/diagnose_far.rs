@@ -1,4 +1,5 @@
-//! Fits that begin where the motion runs away from the measurement in every segment.
+//! Fits that begin far from the data: where the motion runs away from the measurement in every segment, and on windows that
+//! segments fall into.
 
 use std::path::Path;
 use stickslip::command::open_fmu;
@@ -45,5 +46,45 @@ fn a_fit_descends_from_where_every_segment_runs_away() {
         "{} from afar, {} from near by",
         far.trimmed,
         near.trimmed
+    );
+}
+
+#[test]
+fn windows_share_out_a_segment_and_start_away_from_transitions() {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
+    let fmu = open_fmu(None).unwrap();
+    let campaign = Campaign::load(&demo).unwrap();
+    let problem = Problem::new(&fmu, &campaign).unwrap();
+    // Shortest distance of a start from a transition in s, of windows and if they were cut evenly.
+    let (mut shortest, mut shortest_if_even) = (f64::INFINITY, f64::INFINITY);
+    for segment in &problem.segments {
+        let smoothing = &problem.smoothings[segment.run];
+        let interval = problem.campaign.runs[segment.run].sample_interval();
+        let length = segment.time.len() / 4;
+        let windows = segment.windows(smoothing, interval, length);
+        assert_eq!(windows.len(), 4);
+        let measured: Vec<f64> = windows.iter().flat_map(|w| w.measured.clone()).collect();
+        assert_eq!(measured, segment.measured);
+        assert_eq!(
+            (windows[0].first, &windows[0].state, windows[0].stuck),
+            (segment.first, &segment.state, segment.stuck)
+        );
+        let distance = |time: f64| {
+            let phases = smoothing.stick_slip.phases.iter().skip(1);
+            phases
+                .map(|p| (p.start - (time - smoothing.first_time)).abs())
+                .fold(f64::INFINITY, f64::min)
+        };
+        for (i, window) in windows.iter().enumerate().skip(1) {
+            let even = i * segment.time.len() / 4;
+            assert!(window.first.abs_diff(segment.first + even) <= length / 4);
+            assert_eq!(window.count, window.trusted.iter().filter(|t| **t).count());
+            shortest = shortest.min(distance(window.time[0]));
+            shortest_if_even = shortest_if_even.min(distance(segment.time[even]));
+        }
+    }
+    assert!(
+        shortest > 3e-4 && shortest > 2.0 * shortest_if_even,
+        "{shortest} s, evenly cut {shortest_if_even} s"
     );
 }

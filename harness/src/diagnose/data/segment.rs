@@ -6,8 +6,9 @@
 
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::{Measurand, Run};
-use crate::observer::PhaseMode;
+use crate::observer::{Phase, PhaseMode};
 use serde::Serialize;
+use std::ops::Range;
 
 /// A piece of a run.
 #[derive(Debug, Clone, Serialize)]
@@ -48,42 +49,125 @@ const BESIDE_JUMP: f64 = 1.5;
 /// Longest segment in multiples of the horizon.
 const LONGEST: usize = 2;
 
+/// A record of which pieces are taken, with what its smoother found.
+struct Record<'a> {
+    run: usize,
+    /// Place of the first sample within the run.
+    first: usize,
+    time: &'a [f64],
+    measured: &'a [f64],
+    trusted: &'a [bool],
+    smoothing: &'a Smoothing,
+    /// Sample interval of the run in s.
+    interval: f64,
+}
+
+impl<'a> Record<'a> {
+    /// A whole run.
+    fn of(index: usize, run: &'a Run, trusted: &'a [bool], smoothing: &'a Smoothing) -> Self {
+        Self {
+            run: index,
+            first: 0,
+            time: &run.time,
+            measured: &run.measured,
+            trusted,
+            smoothing,
+            interval: run.sample_interval(),
+        }
+    }
+
+    /// Place of sample `k` on the smoother's grid.
+    fn slot(&self, k: usize) -> usize {
+        ((self.time[k] - self.smoothing.first_time) / self.interval).round() as usize
+    }
+
+    fn phases(&self) -> &[Phase] {
+        &self.smoothing.stick_slip.phases
+    }
+
+    /// Distance in s of sample `k` from the nearest transition.
+    fn clearance(&self, k: usize) -> f64 {
+        let t = self.slot(k) as f64 * self.interval;
+        let begins = self.phases().iter().skip(1);
+        begins
+            .map(|p| (p.start - t).abs())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The phase of the contact at sample `k`; `None` before the first.
+    fn phase(&self, k: usize) -> Option<&Phase> {
+        let t = self.slot(k) as f64 * self.interval;
+        self.phases().iter().rev().find(|p| p.start <= t)
+    }
+
+    fn slips(&self, k: usize) -> bool {
+        self.phase(k).is_some_and(|p| p.mode != PhaseMode::Stick)
+    }
+
+    /// Distance in m that belt and tip have moved against each other until sample `k`.
+    fn travel(&self, k: usize) -> f64 {
+        let tip = &self.smoothing.stick_slip.smoothed.displacement;
+        let moved = tip[self.slot(k).min(tip.len() - 1)] - tip[0];
+        self.belt_distance(k) - moved
+    }
+
+    fn belt_distance(&self, k: usize) -> f64 {
+        let belt = &self.smoothing.belt_path;
+        belt.at(self.time[k] - self.smoothing.first_time)
+    }
+
+    fn piece(&self, range: Range<usize>) -> Segment {
+        let (first, last) = (range.start, range.end - 1);
+        let phase = self.phase(first).unwrap_or(&self.phases()[0]);
+        let stuck = phase.mode == PhaseMode::Stick;
+        let smoothed = &self.smoothing.stick_slip.smoothed;
+        let slot = self.slot(first);
+        let modes = smoothed.q.iter().zip(&smoothed.q_dot);
+        let trusted = self.trusted[range.clone()].to_vec();
+        Segment {
+            run: self.run,
+            first: self.first + first,
+            time: self.time[range.clone()].to_vec(),
+            measured: self.measured[range].to_vec(),
+            count: trusted.iter().filter(|&&t| t).count(),
+            trusted,
+            stuck,
+            dwell: match stuck {
+                true => slot as f64 * self.interval - phase.start,
+                false => 0.0,
+            },
+            travel: self.travel(first),
+            travel_end: self.travel(last),
+            belt_distance: self.belt_distance(first),
+            state: modes.flat_map(|(q, v)| [q[slot], v[slot]]).collect(),
+        }
+    }
+}
+
 /// Cuts a run into segments of `horizon` s to twice that.
 ///
 /// A segment starts in slip where it can: slipping, all modes show in the displacement, while in stick the
 /// tip goes with the belt whatever the beam does inside, until it breaks away.
 pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<Segment> {
-    let h = run.sample_interval();
+    let interval = run.sample_interval();
     let mut trusted = run.trusted();
-    let length = (horizon / h).round() as usize;
-    let s = &smoothing.stick_slip;
-    let slot = |k: usize| ((run.time[k] - run.time[0]) / h).round() as usize;
-    let clearance = |k: usize| {
-        let t = slot(k) as f64 * h;
-        s.phases
-            .iter()
-            .skip(1)
-            .map(|p| (p.start - t).abs())
-            .fold(f64::INFINITY, f64::min)
-    };
+    let length = (horizon / interval).round() as usize;
     if run.measurand == Measurand::Acceleration {
-        for (k, trusted) in trusted.iter_mut().enumerate() {
-            *trusted &= clearance(k) > BESIDE_JUMP * h;
-        }
+        let record = Record::of(index, run, &trusted, smoothing);
+        let is_beside = |k: usize| record.clearance(k) <= BESIDE_JUMP * interval;
+        let beside: Vec<usize> = (0..trusted.len()).filter(|&k| is_beside(k)).collect();
+        beside.into_iter().for_each(|k| trusted[k] = false);
     }
-    let slips = |k: usize| {
-        let t = slot(k) as f64 * h;
-        let phase = s.phases.iter().rev().find(|p| p.start <= t);
-        phase.is_some_and(|p| p.mode != PhaseMode::Stick)
-    };
+    let record = Record::of(index, run, &trusted, smoothing);
     // The best sample of a window: furthest from transitions, up to what is far enough.
-    let best = |window: std::ops::Range<usize>, slip: bool| {
+    let best = |window: Range<usize>, slip: bool| {
         window
-            .filter(|&k| trusted[k] && slips(k) == slip)
+            .filter(|&k| record.trusted[k] && record.slips(k) == slip)
             .max_by(|&a, &b| {
-                clearance(a)
+                record
+                    .clearance(a)
                     .min(FAR)
-                    .total_cmp(&clearance(b).min(FAR))
+                    .total_cmp(&record.clearance(b).min(FAR))
                     .then(b.cmp(&a))
             })
     };
@@ -95,7 +179,7 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
         let last = run.time.len() - length + 1;
         let near = best(at..(at + length / 5).min(last), true)
             .or_else(|| best(at..(at + length * LONGEST).min(last), true))
-            .filter(|&k| clearance(k) > NEAR);
+            .filter(|&k| record.clearance(k) > NEAR);
         match near.or_else(|| best(at..(at + length / 5).min(last), false)) {
             Some(k) => {
                 starts.push(k);
@@ -110,46 +194,45 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
         let next = starts.get(i + 1).copied().unwrap_or(first + length);
         next.clamp(first + length, first + length * LONGEST)
     };
-    let ends: Vec<usize> = (0..starts.len()).map(end_of).collect();
-    let travel = |k: usize| {
-        let displacement = s.smoothed.displacement[slot(k).min(s.smoothed.displacement.len() - 1)]
-            - s.smoothed.displacement[0];
-        smoothing.belt_path.at(run.time[k] - run.time[0]) - displacement
-    };
-    starts
-        .into_iter()
-        .zip(ends)
-        .map(|(first, end)| {
-            let range = first..end;
-            let t = slot(first) as f64 * h;
-            let phase = s
-                .phases
-                .iter()
-                .rev()
-                .find(|p| p.start <= t)
-                .unwrap_or(&s.phases[0]);
-            let stuck = phase.mode == PhaseMode::Stick;
-            let mut state = Vec::new();
-            for j in 0..s.smoothed.q.len() {
-                state.push(s.smoothed.q[j][slot(first)]);
-                state.push(s.smoothed.q_dot[j][slot(first)]);
-            }
-            Segment {
-                run: index,
-                first,
-                time: run.time[range.clone()].to_vec(),
-                measured: run.measured[range.clone()].to_vec(),
-                count: trusted[range.clone()].iter().filter(|&&t| t).count(),
-                trusted: trusted[range.clone()].to_vec(),
-                stuck,
-                dwell: if stuck { t - phase.start } else { 0.0 },
-                travel: travel(first),
-                travel_end: travel(end - 1),
-                belt_distance: smoothing.belt_path.at(run.time[first] - run.time[0]),
-                state,
-            }
-        })
+    (0..starts.len())
+        .map(|i| record.piece(starts[i]..end_of(i)))
         .collect()
+}
+
+impl Segment {
+    /// Windows of about `length` samples that the segment falls into, each with a start of its own; the first starts where the
+    /// segment does.
+    pub fn windows(&self, smoothing: &Smoothing, interval: f64, length: usize) -> Vec<Segment> {
+        let record = Record {
+            run: self.run,
+            first: self.first,
+            time: &self.time,
+            measured: &self.measured,
+            trusted: &self.trusted,
+            smoothing,
+            interval,
+        };
+        let count = self.time.len();
+        let parts = (count / length).max(1);
+        let reach = count / parts / 4;
+        // Furthest from transitions, up to what is far enough, and near an even share.
+        let start = |i: usize| {
+            let even = i * count / parts;
+            (even - reach..=even + reach)
+                .filter(|&k| self.trusted[k])
+                .max_by(|&a, &b| {
+                    let far = |k: usize| record.clearance(k).min(FAR);
+                    let by_place = b.abs_diff(even).cmp(&a.abs_diff(even));
+                    far(a).total_cmp(&far(b)).then(by_place)
+                })
+        };
+        let starts: Vec<usize> = std::iter::once(0)
+            .chain((1..parts).filter_map(start))
+            .collect();
+        let ends = starts.iter().skip(1).copied().chain([count]);
+        let ranges = starts.iter().zip(ends);
+        ranges.map(|(&a, b)| record.piece(a..b)).collect()
+    }
 }
 
 /// At most `most` segments of a run, in groups of `group` neighbours spread evenly over it, those groups first in which

@@ -42,7 +42,7 @@ const MOST_DRIVEN_SEGMENTS: usize = 12;
 const GROUP: usize = 4;
 
 /// Samples of a segment for each component of its start state: a tenth of what is measured then goes into the start.
-const SAMPLES_OF_A_STATE: usize = 10;
+pub(crate) const SAMPLES_OF_A_STATE: usize = 10;
 
 /// Samples of a segment where no mode has a spring, by whose period it could be measured: as many as [`HORIZON`] has at 10 kHz.
 const FREE_SAMPLES: f64 = 200.0;

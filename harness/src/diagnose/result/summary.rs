@@ -13,6 +13,7 @@ use crate::diagnose::selection::ties::others;
 use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
+use crate::report::number;
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.
 pub(crate) fn remarks(
@@ -64,7 +65,7 @@ pub(crate) fn remarks(
             out.push(format!(
                 "{} = {} {} lies on its bound: the value is not to be trusted.",
                 parameter.name,
-                parameter.value(fitted.fit.point.shared[index]),
+                number(parameter.value(fitted.fit.point.shared[index]), 4),
                 parameter.unit
             ));
         }

@@ -15,3 +15,4 @@ pub mod search;
 pub mod select;
 pub mod tested;
 pub mod ties;
+pub mod windows;

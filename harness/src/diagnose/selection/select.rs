@@ -16,6 +16,7 @@ use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::search::{Exploration, explore};
 use crate::diagnose::selection::tested::Tested;
+use crate::diagnose::selection::windows::Lengths;
 use crate::diagnose::stages;
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
 use crate::diagnose::validation::segment_errors;
@@ -377,6 +378,11 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         let mut forms = screen.compete(&jobs, base, THOROUGH, &Silent(watch))?;
         screen.polish(&mut forms, &Silent(watch))?;
         screen.finish(&mut forms, &Silent(watch))?;
+        // Where the break-aways tell of the place, friction scatters: no fit comes down to the noise on any length.
+        if !forms[0].reaches_floor() && !problem.place_is_told() {
+            let on_windows = Lengths::of(&screen).search(&jobs, base, &Silent(watch))?;
+            screen.keep_better(&mut forms, on_windows);
+        }
         if path.is_empty() {
             calibrated = screen.recalibrate(calibrated, &forms)?;
         }
