@@ -378,8 +378,10 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         let mut forms = screen.compete(&jobs, base, THOROUGH, &Silent(watch))?;
         screen.polish(&mut forms, &Silent(watch))?;
         screen.finish(&mut forms, &Silent(watch))?;
-        // Where the break-aways tell of the place, friction scatters: no fit comes down to the noise on any length.
-        if !forms[0].reaches_floor() && !problem.place_is_told() {
+        // Beside an effect that is missing still, a fit to whole segments goes astray. Where the break-aways tell of the place,
+        // friction scatters: no fit comes down to the noise on any length.
+        let is_one_of_many = effects.len() > 1 && !problem.place_is_told();
+        if is_one_of_many && !forms[0].reaches_floor() {
             let on_windows = Lengths::of(&screen).search(&jobs, base, &Silent(watch))?;
             screen.keep_better(&mut forms, on_windows);
         }
