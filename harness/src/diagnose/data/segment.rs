@@ -85,18 +85,40 @@ impl<'a> Record<'a> {
         &self.smoothing.stick_slip.phases
     }
 
+    /// Time in s of sample `k` on the smoother's grid.
+    fn grid_time(&self, k: usize) -> f64 {
+        self.slot(k) as f64 * self.interval
+    }
+
     /// Distance in s of sample `k` from the nearest transition.
     fn clearance(&self, k: usize) -> f64 {
-        let t = self.slot(k) as f64 * self.interval;
+        let t = self.grid_time(k);
         let begins = self.phases().iter().skip(1);
         begins
             .map(|p| (p.start - t).abs())
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// The sample of `range` that counts, is `allowed` and lies furthest from transitions, up to what is far enough; of several the
+    /// one nearest to sample `near`.
+    fn clearest(
+        &self,
+        range: Range<usize>,
+        near: usize,
+        allowed: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let far = |k: usize| self.clearance(k).min(FAR);
+        range
+            .filter(|&k| self.trusted[k] && allowed(k))
+            .max_by(|&a, &b| {
+                let by_place = b.abs_diff(near).cmp(&a.abs_diff(near));
+                far(a).total_cmp(&far(b)).then(by_place)
+            })
+    }
+
     /// The phase of the contact at sample `k`; `None` before the first.
     fn phase(&self, k: usize) -> Option<&Phase> {
-        let t = self.slot(k) as f64 * self.interval;
+        let t = self.grid_time(k);
         self.phases().iter().rev().find(|p| p.start <= t)
     }
 
@@ -133,7 +155,7 @@ impl<'a> Record<'a> {
             trusted,
             stuck,
             dwell: match stuck {
-                true => slot as f64 * self.interval - phase.start,
+                true => self.grid_time(first) - phase.start,
                 false => 0.0,
             },
             travel: self.travel(first),
@@ -159,17 +181,9 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
         beside.into_iter().for_each(|k| trusted[k] = false);
     }
     let record = Record::of(index, run, &trusted, smoothing);
-    // The best sample of a window: furthest from transitions, up to what is far enough.
     let best = |window: Range<usize>, slip: bool| {
-        window
-            .filter(|&k| record.trusted[k] && record.slips(k) == slip)
-            .max_by(|&a, &b| {
-                record
-                    .clearance(a)
-                    .min(FAR)
-                    .total_cmp(&record.clearance(b).min(FAR))
-                    .then(b.cmp(&a))
-            })
+        let begin = window.start;
+        record.clearest(window, begin, |k| record.slips(k) == slip)
     };
     // The first samples are the smoother's worst, so the first segment starts a little later.
     let margin = (length / 20).max(4);
@@ -215,16 +229,9 @@ impl Segment {
         let count = self.time.len();
         let parts = (count / length).max(1);
         let reach = count / parts / 4;
-        // Furthest from transitions, up to what is far enough, and near an even share.
         let start = |i: usize| {
             let even = i * count / parts;
-            (even - reach..=even + reach)
-                .filter(|&k| self.trusted[k])
-                .max_by(|&a, &b| {
-                    let far = |k: usize| record.clearance(k).min(FAR);
-                    let by_place = b.abs_diff(even).cmp(&a.abs_diff(even));
-                    far(a).total_cmp(&far(b)).then(by_place)
-                })
+            record.clearest(even - reach..even + reach + 1, even, |_| true)
         };
         let starts: Vec<usize> = std::iter::once(0)
             .chain((1..parts).filter_map(start))
