@@ -10,6 +10,9 @@ mod coefficient;
 
 pub use coefficient::{CoefficientRoom, CoefficientSeries};
 
+/// Exponent from which on an exponential is less than the rounding of 1, `-ln(2^-52)`.
+const NOTHING: f64 = 36.05;
+
 /// `mu(v) = constant + linear v + sum weight_i exp(-rate_i a)` with `a = v` or `a = v^2`.
 ///
 /// Eq. (7) of Stelter 1992 multiplied out, Coulomb's law, and the Stribeck curve with exponent 1 or 2.
@@ -27,31 +30,40 @@ pub struct ExponentialSum {
 }
 
 impl ExponentialSum {
-    /// Normalised time up to `reach` within which no exponent changes by more than the degree of the series, given those of the
-    /// speed in m/s (at least 0 at the start).
+    /// Normalised time up to `reach` within which the series of every exponential is good, given those of the speed in m/s (at
+    /// least 0 at the start): its exponent changes by no more than the degree, or it is nothing beside a friction coefficient
+    /// however the change is directed: cut, its series is off by less than `e^-(z - change)` for the exponent z of the start.
     ///
     /// An exponential that is next to nothing where a step begins, `e^-80` at 1.6 m/s, stands in none of the coefficients that end
     /// the step and may be all that counts at its end. `exp(z)` cut after z^N is told from its last term, 9 % of it for N = 20,
     /// as long as z <= N.
     pub fn reach(&self, speed: &[Real], reach: f64) -> f64 {
         let degree = (speed.len() - 1) as f64;
-        let rates = self.rate[..self.count].iter().map(|r| value(*r));
-        let rate = rates.fold(0.0, f64::max);
-        let start = value(speed[0]);
-        let exponent = |change: f64| match self.squared {
-            true => rate * change * (2.0 * start.abs() + change),
-            false => rate * change,
+        let start = value(speed[0]).abs();
+        let exponent = |rate: f64, speed: f64| match self.squared {
+            true => rate * speed * speed,
+            false => rate * speed,
         };
+        let rates = self.rate.map(value);
         // What begins within the degree can only fall by more.
-        if exponent(start.abs()) <= degree {
+        let falls = |rate: &f64| exponent(*rate, start) > degree;
+        if !rates[..self.count].iter().any(falls) {
             return reach;
         }
+        // Written so that what is no number ends the step nowhere: the motion runs away by itself.
+        let is_lost = |rate: &f64, change: f64| {
+            let by = match self.squared {
+                true => change * (2.0 * start + change),
+                false => change,
+            };
+            rate * by > degree && exponent(*rate, (start - change).max(0.0)) < NOTHING
+        };
         let mut reach = reach;
         loop {
             let terms = speed[1..].iter().rev().map(|c| value(*c).abs());
             let change = terms.fold(0.0, |sum, c| (sum + c) * reach);
-            let is_too_long = exponent(change) > degree;
-            if !is_too_long {
+            let mut falling = rates[..self.count].iter().filter(|rate| falls(rate));
+            if !falling.any(|rate| is_lost(rate, change)) {
                 return reach;
             }
             reach *= 0.5;
@@ -149,6 +161,42 @@ pub(super) mod tests {
                 assert_relative_eq!(at(&c), law.coefficient(at(&speed)), max_relative = 1e-13);
             }
         }
+    }
+
+    /// How far a step may go whose speed in m/s is `start + change theta`, by a law with an exponent of 1000 s/m times the speed.
+    fn reach_along(start: f64, change: f64) -> f64 {
+        let law = FrictionLaw::Stribeck {
+            mu_s: 0.66,
+            mu_k: 0.3,
+            velocity: 1e-3,
+            exponent: 1.0,
+            viscous: 0.0,
+        };
+        let mut speed = [0.0; MAX_DEGREE + 1];
+        (speed[0], speed[1]) = (start, change);
+        law.exponential_sum().unwrap().reach(&speed, 1.0)
+    }
+
+    #[test]
+    fn a_step_ends_before_an_exponential_comes_up_by_more_than_its_series_can_follow() {
+        // From an exponent of 200 to 10 would be too far; to 105 there is nothing yet.
+        assert_eq!(reach_along(0.2, -0.19), 0.5);
+        // From 40 the series follows by as many as its degree at a time.
+        assert_eq!(reach_along(0.04, -0.039), 0.5);
+    }
+
+    #[test]
+    fn an_exponential_that_is_nothing_all_along_ends_no_step() {
+        assert_eq!(reach_along(0.2, -0.16), 1.0);
+        // The terms of the series do not ask for the sign of the change.
+        assert_eq!(reach_along(0.2, 0.16), 1.0);
+        assert_eq!(reach_along(0.2, 0.18), 0.5);
+    }
+
+    #[test]
+    fn what_is_no_number_ends_no_step() {
+        assert_eq!(reach_along(0.2, f64::NAN), 1.0);
+        assert_eq!(reach_along(f64::INFINITY, -0.1), 1.0);
     }
 
     #[test]
