@@ -16,6 +16,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::latent_name;
 use crate::diagnose::thresholds::FLOOR_MEDIAN;
 use crate::error::Error;
+use serde::{Deserialize, Serialize};
 
 /// Median error over the noise above which a first look is not followed where the model without the effect is down to the
 /// noise.
@@ -163,10 +164,108 @@ fn recalled(
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
-/// Fits the reference model with `known` effects and the last of `choices` newly added.
+/// First looks at a hypothesis from all the starts that a search takes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct FirstLooks {
+    /// The best of those that were about to arrive at the noise, and were followed at once.
+    pub followed: Option<Fit>,
+    /// The others, best first.
+    pub seen: Vec<Fit>,
+}
+
+/// Looks at the reference model with `known` effects and the last of `choices` newly added.
 ///
 /// `base` is the fit without the new effect, on the same segments; the search starts from it with the effect
 /// nearly off, and from the priors with the effect at practical strengths.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub(crate) fn first_looks(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    base: &FittedHypothesis,
+    search: SearchOptions,
+) -> Result<FirstLooks, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let data = problem.data(segments);
+    let from = (&base.hypothesis.choices, &base.fit);
+    let question = ("look", choices, segments, data.noise, from, search);
+    problem.finished.recall(&question, || {
+        let new = hypothesis.new_effect();
+        let mut predictor = problem.predictor(&hypothesis)?;
+        let starts = starts(
+            problem,
+            &hypothesis,
+            new,
+            base,
+            &data,
+            &mut predictor,
+            search,
+        );
+        let mut first_fits = FirstFits::new(&hypothesis, &data, search);
+        let seen = first_fits.of(&mut predictor, starts);
+        Ok(FirstLooks {
+            followed: first_fits.best,
+            seen,
+        })
+    })
+}
+
+/// Fits a hypothesis of which the first looks are known: the best of them followed to their end, unless one has arrived.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub(crate) fn followed(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    base: &FittedHypothesis,
+    search: SearchOptions,
+    looks: FirstLooks,
+) -> Result<FittedHypothesis, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let data = problem.data(segments);
+    let from = (&base.hypothesis.choices, &base.fit);
+    let question = ("search", choices, segments, data.noise, from, search);
+    let fit = problem.finished.recall(&question, || {
+        best_of_looks(problem, &hypothesis, segments, base, search, looks)
+    })?;
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// A hypothesis of which the first looks are known, where it stands after the best of them, or without its new effect if that is
+/// better.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub(crate) fn passed_over(
+    problem: &Problem,
+    choices: &[Choice],
+    segments: &[Segment],
+    base: &FittedHypothesis,
+    looks: &FirstLooks,
+) -> Result<FittedHypothesis, Error> {
+    let hypothesis = problem.hypothesis(choices)?;
+    let data = problem.data(segments);
+    let mut predictor = problem.predictor(&hypothesis)?;
+    let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, FitOptions::search(0));
+    let can_be_off = problem.catalogue[hypothesis.new_effect()]
+        .switch()
+        .is_some();
+    let mut best = looks.followed.clone();
+    if let Some(seen) = looks.seen.first() {
+        keep_better(&mut best, fitter.run(seen.point.clone()));
+    }
+    if can_be_off || best.is_none() {
+        let off = switched_off(problem, &hypothesis, base, segments);
+        keep_better(&mut best, fitter.run(off));
+    }
+    let fit = best.expect("a look or none");
+    Ok(FittedHypothesis { hypothesis, fit })
+}
+
+/// [`first_looks`], the best [`followed`].
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
@@ -177,42 +276,25 @@ pub fn search(
     base: &FittedHypothesis,
     search: SearchOptions,
 ) -> Result<FittedHypothesis, Error> {
-    let hypothesis = problem.hypothesis(choices)?;
-    let noise = problem.data(segments).noise;
-    let from = (&base.hypothesis.choices, &base.fit);
-    let question = ("search", choices, segments, noise, from, search);
-    let fit = problem.finished.recall(&question, || {
-        best_of_starts(problem, &hypothesis, segments, base, search)
-    })?;
-    Ok(FittedHypothesis { hypothesis, fit })
+    let looks = first_looks(problem, choices, segments, base, search)?;
+    followed(problem, choices, segments, base, search, looks)
 }
 
-/// The best fit of a hypothesis from all the starts that a search takes.
-fn best_of_starts(
+/// The best fit of a hypothesis of which the first looks are known.
+fn best_of_looks(
     problem: &Problem,
     hypothesis: &Hypothesis,
     segments: &[Segment],
     base: &FittedHypothesis,
     search: SearchOptions,
+    looks: FirstLooks,
 ) -> Result<Fit, Error> {
-    let new = hypothesis
-        .choices
-        .last()
-        .expect("a search adds an effect")
-        .effect;
+    let new = hypothesis.new_effect();
     let data = problem.data(segments);
     let mut predictor = problem.predictor(hypothesis)?;
-    let starts = starts(
-        problem,
-        hypothesis,
-        new,
-        base,
-        &data,
-        &mut predictor,
-        search,
-    );
     let mut first_fits = FirstFits::new(hypothesis, &data, search);
-    let found = first_fits.of(&mut predictor, starts);
+    first_fits.best = looks.followed;
+    let found = looks.seen;
     // Beside a model that is down to the noise without it an effect can only be weak.
     let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
     let is_weak = is_new && base.fit.error_quantile(&data, 0.5) <= FLOOR_MEDIAN;
@@ -259,7 +341,7 @@ pub fn at_line(
     value: f64,
 ) -> Result<Option<FittedHypothesis>, Error> {
     let hypothesis = problem.hypothesis(choices)?;
-    let effect = &problem.catalogue[choices.last().expect("a periodic effect").effect];
+    let effect = &problem.catalogue[hypothesis.new_effect()];
     let data = problem.data(segments);
     let mut predictor = problem.predictor(&hypothesis)?;
     let start = start_at_line(&hypothesis, effect, &data, &mut predictor, lender, value);

@@ -21,7 +21,6 @@ use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
-use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::periodic::Line;
 use crate::diagnose::model::point::Point;
@@ -118,72 +117,204 @@ impl<'a> At<'a> {
 /// Segments that one thread linearises at a time: enough that an instance of the FMU is cheap beside them.
 const PART: usize = 16;
 
-/// The largest expected gain in evidence of the last effect of `choices` beside a hypothesis that lacks it, over its shapes or at
-/// the strongest lines of what repeats; `None` where nothing switches it off by degrees. Lines are looked for on the segments of
-/// `screen`, since a spectrum takes hundreds of motions of each, and tested on those of `at`.
+/// What a score test found of an effect on some segments, and where to look on others.
+pub(crate) struct Lead {
+    /// What it promises there; `None` where nothing tells of it.
+    pub promise: Option<Promise>,
+    /// The strongest lines there of what repeats.
+    lines: Vec<Line>,
+    /// The shape that promises most, as a factor on the typical one.
+    shape: f64,
+}
+
+/// The last effect of `choices` beside a hypothesis that lacks it: in the shape, or at the line of what repeats, that promises
+/// most. `None` where nothing switches it off by degrees.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub(crate) fn promise(
-    problem: &Problem,
-    choices: &[Choice],
-    screen: &At,
-    at: &At,
-) -> Result<Option<Promise>, Error> {
-    let card = &problem.catalogue[choices.last().expect("one more effect").effect];
+pub(crate) fn look(problem: &Problem, choices: &[Choice], at: &At) -> Result<Option<Lead>, Error> {
     let h = problem.hypothesis(choices)?;
-    let data = problem.data(at.segments);
-    let mut predictor = problem.predictor(&h)?;
-    let from_base = widen(at.base, &h, &Point::centre(&h, at.segments));
-    if card.repeats() {
-        let line = best_line(problem, &h, card, &mut predictor, (screen, at, &from_base));
-        let lines = response_spectrum::independent_lines(card, at.segments);
-        let fall = line.as_ref().map_or(0.0, |line| line.gain);
-        let start = line.and_then(|line| on_line(&h, card, &from_base, &line));
-        return Ok(Some(Promise {
-            gain: gain_of_line(fall, lines, problem.fitted_runs()),
-            fall,
-            start: start.unwrap_or(from_base),
-            strength: None,
+    let Some(mut test) = ScoreTest::new(problem, &h)? else {
+        return Ok(None);
+    };
+    if test.card.repeats() {
+        let lines = test.lines(at);
+        let promise = Some(test.of_lines(&lines, at));
+        let shape = SHAPES[0];
+        return Ok(Some(Lead {
+            promise,
+            lines,
+            shape,
         }));
     }
-    if is_unknown_function(&card.id) {
-        return Ok(promise_of_curve(
-            &h,
-            card,
-            &mut predictor,
-            (&data, at),
-            &from_base,
-        ));
-    }
-    let index = |i: usize| h.shared_index(&format!("{}.{}", card.id, card.parameters[i].name));
-    let Some(strength) = card.switch() else {
-        return Ok(None);
+    let tried = if test.shapes().is_empty() {
+        1
+    } else {
+        SHAPES.len()
     };
-    let Some(c) = index(strength) else {
-        return Ok(None);
+    let mut lead = Lead {
+        promise: None,
+        lines: Vec::new(),
+        shape: SHAPES[0],
     };
-    let is_other_shape = |i: &usize| *i != strength && card.parameters[*i].role == Role::Shape;
-    let shapes: Vec<usize> = (0..card.parameters.len()).filter(is_other_shape).collect();
-    let barely_on = |base: &FittedHypothesis, segments: &[Segment], factor: f64| {
-        let mut point = widen(base, &h, &Point::centre(&h, segments));
-        let typical = card.parameters[strength].typical;
-        point.shared[c] = h.shared[c].clamp(h.shared[c].position(BARELY_ON * typical));
-        for &i in &shapes {
-            if let Some(j) = index(i) {
-                let value = factor * card.parameters[i].typical;
-                point.shared[j] = h.shared[j].clamp(h.shared[j].position(value));
-            }
+    for shape in SHAPES.into_iter().take(tried) {
+        let found = test.of_shape(shape, at);
+        let gain = |promise: &Option<Promise>| promise.as_ref().map(|p| p.gain);
+        if gain(&found) > gain(&lead.promise) {
+            (lead.promise, lead.shape) = (found, shape);
         }
-        point
+    }
+    Ok(Some(lead))
+}
+
+/// The same on other segments, where `lead` points: a spectrum takes hundreds of motions of each segment, so that lines are
+/// looked for on a part of them.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub(crate) fn follow(
+    problem: &Problem,
+    choices: &[Choice],
+    lead: &Lead,
+    at: &At,
+) -> Result<Option<Promise>, Error> {
+    let h = problem.hypothesis(choices)?;
+    let Some(mut test) = ScoreTest::new(problem, &h)? else {
+        return Ok(None);
     };
-    let parameter = &h.shared[c];
-    let p = &card.parameters[strength];
-    let mut test = |of: &At, factor: f64| {
-        let point = barely_on(of.base, of.segments, factor);
-        let data = problem.data(of.segments);
-        let mut fitter = Fitter::new(&mut predictor, &h, &data, one_step());
-        let (mut matrix, mut gradient) = fitter.reduced_beside(of.known(), point.clone());
+    Ok(match test.card.repeats() {
+        true => Some(test.of_lines(&lead.lines, at)),
+        false => test.of_shape(lead.shape, at),
+    })
+}
+
+/// The test of the last effect of a hypothesis.
+struct ScoreTest<'a> {
+    problem: &'a Problem<'a>,
+    h: &'a Hypothesis,
+    card: &'a EffectCard,
+    predictor: Predictor<'a>,
+}
+
+impl<'a> ScoreTest<'a> {
+    /// `None` where nothing switches the effect off by degrees.
+    fn new(problem: &'a Problem<'a>, h: &'a Hypothesis) -> Result<Option<Self>, Error> {
+        let card = &problem.catalogue[h.new_effect()];
+        let test = Self {
+            problem,
+            h,
+            card,
+            predictor: problem.predictor(h)?,
+        };
+        let is_off = is_unknown_function(&card.id) || test.strength().is_some();
+        Ok((card.repeats() || is_off).then_some(test))
+    }
+
+    /// Place of parameter `i` of the effect among the shared ones.
+    fn index(&self, i: usize) -> Option<usize> {
+        let name = &self.card.parameters[i].name;
+        self.h.shared_index(&format!("{}.{name}", self.card.id))
+    }
+
+    /// What switches the effect off by degrees: its place among the effect's parameters and among the shared ones.
+    fn strength(&self) -> Option<(usize, usize)> {
+        let strength = self.card.switch()?;
+        Some((strength, self.index(strength)?))
+    }
+
+    /// Parameters of the effect that have no meaning without any strength: those of a formula, and time constants of a curve.
+    fn shapes(&self) -> Vec<usize> {
+        if is_unknown_function(&self.card.id) {
+            return self.of_curve(Kind::Shape);
+        }
+        let strength = self.card.switch();
+        let is_shape =
+            |i: &usize| Some(*i) != strength && self.card.parameters[*i].role == Role::Shape;
+        let shapes = (0..self.card.parameters.len()).filter(is_shape);
+        shapes.filter_map(|i| self.index(i)).collect()
+    }
+
+    /// Shared parameters of this kind that the effect, a curve, has.
+    fn of_curve(&self, kind: Kind) -> Vec<usize> {
+        let all = self.h.shared.iter().enumerate();
+        let of_kind = all.filter(|(_, p)| p.kind == kind && p.name.starts_with(&self.card.id));
+        of_kind.map(|(i, _)| i).collect()
+    }
+
+    /// The hypothesis without the effect, as a point of that with it.
+    fn without(&self, at: &At) -> Point {
+        widen(at.base, self.h, &Point::centre(self.h, at.segments))
+    }
+
+    /// The strongest lines of what repeats.
+    fn lines(&mut self, at: &At) -> Vec<Line> {
+        let (point, data) = (self.without(at), self.problem.data(at.segments));
+        response_spectrum::lines(
+            &mut self.predictor,
+            self.h,
+            self.card,
+            &data,
+            &point,
+            STRIDE,
+            SEEN_LINES,
+            None,
+        )
+    }
+
+    /// What repeats, at the line near these that gains most.
+    fn of_lines(&mut self, lines: &[Line], at: &At) -> Promise {
+        let (point, data) = (self.without(at), self.problem.data(at.segments));
+        let tested = lines.iter().filter_map(|line| {
+            let near = Some(line.value);
+            let (h, card) = (self.h, self.card);
+            let again =
+                response_spectrum::lines(&mut self.predictor, h, card, &data, &point, 1, 1, near);
+            again.into_iter().next()
+        });
+        let line = tested.max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let fall = line.as_ref().map_or(0.0, |line| line.gain);
+        let start = line.and_then(|line| on_line(self.h, self.card, &point, &line));
+        let independent = response_spectrum::independent_lines(self.card, at.segments);
+        Promise {
+            gain: gain_of_line(fall, independent, self.problem.fitted_runs()),
+            fall,
+            start: start.unwrap_or(point),
+            strength: None,
+        }
+    }
+
+    /// What has a strength, or a curve, in a shape.
+    fn of_shape(&mut self, factor: f64, at: &At) -> Option<Promise> {
+        let mut point = self.without(at);
+        for i in self.shapes() {
+            let parameter = &self.h.shared[i];
+            point.shared[i] = parameter.clamp(parameter.position(factor * parameter.prior));
+        }
+        match is_unknown_function(&self.card.id) {
+            true => self.of_values(point, at),
+            false => self.of_strength(point, at),
+        }
+    }
+
+    /// All values of a curve together.
+    fn of_values(&mut self, mut point: Point, at: &At) -> Option<Promise> {
+        let curve = self.of_curve(Kind::Latent);
+        point.shared[*curve.first()?] = BARELY_ON;
+        let (matrix, gradient) = self.reduced(&point, at);
+        let (gain, fall) = gain_of_curve(matrix, gradient, &curve)?;
+        Some(Promise {
+            gain,
+            fall,
+            start: point,
+            strength: None,
+        })
+    }
+
+    fn of_strength(&mut self, mut point: Point, at: &At) -> Option<Promise> {
+        let (strength, c) = self.strength()?;
+        let (parameter, p) = (&self.h.shared[c], &self.card.parameters[strength]);
+        point.shared[c] = parameter.clamp(parameter.position(BARELY_ON * p.typical));
+        let (mut matrix, mut gradient) = self.reduced(&point, at);
         let u = point.shared[c];
         // What is believed of it beforehand counts in the price alone.
         let precision = parameter.prior_std.powi(-2);
@@ -200,24 +331,14 @@ pub(crate) fn promise(
                 occam: found.occam,
             }),
         })
-    };
-    if shapes.is_empty() {
-        return Ok(test(at, 1.0));
     }
-    let mut best: Option<(f64, Promise)> = None;
-    for factor in SHAPES {
-        if let Some(found) = test(screen, factor)
-            && best.as_ref().is_none_or(|(_, b)| found.gain > b.gain)
-        {
-            best = Some((factor, found));
-        }
+
+    /// Information and descent by all parameters, start states projected out.
+    fn reduced(&mut self, point: &Point, at: &At) -> (DMatrix<f64>, DVector<f64>) {
+        let data = self.problem.data(at.segments);
+        let mut fitter = Fitter::new(&mut self.predictor, self.h, &data, one_step());
+        fitter.reduced_beside(at.known(), point.clone())
     }
-    // The shape that promises most on the screen is tested on all.
-    let is_all = std::ptr::eq(screen.base, at.base);
-    Ok(match best {
-        Some((factor, _)) if !is_all => test(at, factor),
-        best => best.map(|(_, found)| found),
-    })
 }
 
 /// Options of the one step that a score test is.
@@ -227,48 +348,6 @@ fn one_step() -> FitOptions {
         stride: 1,
         ..FitOptions::search(1)
     }
-}
-
-/// The same for the curve of an unknown function, over its time constants: all its values together.
-fn promise_of_curve(
-    h: &Hypothesis,
-    card: &EffectCard,
-    predictor: &mut Predictor,
-    (data, at): (&Observations, &At),
-    from_base: &Point,
-) -> Option<Promise> {
-    let of_kind = |kind: Kind| {
-        let all = h.shared.iter().enumerate();
-        all.filter(move |(_, p)| p.kind == kind && p.name.starts_with(&card.id))
-            .map(|(i, _)| i)
-    };
-    let curve: Vec<usize> = of_kind(Kind::Latent).collect();
-    let shapes: Vec<usize> = of_kind(Kind::Shape).collect();
-    let mut best: Option<Promise> = None;
-    for factor in SHAPES {
-        let mut point = from_base.clone();
-        point.shared[*curve.first()?] = BARELY_ON;
-        for &i in &shapes {
-            let parameter = &h.shared[i];
-            point.shared[i] = parameter.clamp(parameter.position(factor * parameter.prior));
-        }
-        let mut fitter = Fitter::new(predictor, h, data, one_step());
-        let (matrix, gradient) = fitter.reduced_beside(at.known(), point.clone());
-        if let Some((gain, fall)) = gain_of_curve(matrix, gradient, &curve)
-            && best.as_ref().is_none_or(|b| gain > b.gain)
-        {
-            best = Some(Promise {
-                gain,
-                fall,
-                start: point,
-                strength: None,
-            });
-        }
-        if shapes.is_empty() {
-            break;
-        }
-    }
-    best
 }
 
 /// Expected gain in evidence and fall of the objective by constants `curve` with standard normal beliefs, which `matrix` and
@@ -290,27 +369,6 @@ fn gain_of_curve(
     let fall = 0.5 * score.dot(&factor.solve(&score));
     let occam: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
     Some((fall - occam, fall))
-}
-
-/// The line of an effect that repeats which gains most on the segments tested, of the strongest ones of the screen.
-fn best_line(
-    problem: &Problem,
-    h: &Hypothesis,
-    card: &EffectCard,
-    predictor: &mut Predictor,
-    (screen, at, from_base): (&At, &At, &Point),
-) -> Option<Line> {
-    let seen = problem.data(screen.segments);
-    let point = widen(screen.base, h, &Point::centre(h, screen.segments));
-    let lines =
-        response_spectrum::lines(predictor, h, card, &seen, &point, STRIDE, SEEN_LINES, None);
-    let data = problem.data(at.segments);
-    let tested = lines.iter().filter_map(|line| {
-        let near = Some(line.value);
-        let again = response_spectrum::lines(predictor, h, card, &data, from_base, 1, 1, near);
-        again.into_iter().next()
-    });
-    tested.max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
 
 /// Whether a score test can speak of an effect: something switches it off by degrees, or it repeats.

@@ -501,6 +501,17 @@ impl Hypothesis {
         }
     }
 
+    /// The effect that was added last.
+    ///
+    /// # Panics
+    /// For the reference model, which has none.
+    pub fn new_effect(&self) -> usize {
+        self.choices
+            .last()
+            .expect("a hypothesis with an effect")
+            .effect
+    }
+
     /// Position of the shared parameter with a name.
     pub fn shared_index(&self, name: &str) -> Option<usize> {
         self.shared.iter().position(|k| k.name == name)

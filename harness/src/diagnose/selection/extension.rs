@@ -8,7 +8,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::initialisation::multistart::continued;
-use crate::diagnose::initialisation::score_test::{At, Promise, promise};
+use crate::diagnose::initialisation::score_test::{At, Lead, Promise, follow, look};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
@@ -39,17 +39,63 @@ pub(crate) struct Extensions {
     pub untested: Vec<Vec<Choice>>,
 }
 
-/// Tests every effect beside `leader` on all segments of the runs fitted, and fits those that could change the verdict to their
-/// end. `None` where the leader proves inadequate on all of them.
+/// Every effect more beside one hypothesis, with what a score test on the segments compared finds of it.
+pub(crate) struct Beside {
+    /// The effects of that hypothesis.
+    pub leader: Vec<Choice>,
+    /// It with one effect more, each with what the test found; `None` where it does not speak of it.
+    leads: Vec<(Vec<Choice>, Option<Lead>)>,
+}
+
+impl Beside {
+    /// The tests beside `leader`.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub fn new(screen: &Screen, leader: &FittedModel, watch: &dyn Watch) -> Result<Self, Error> {
+        let jobs = one_more(screen.problem, &leader.choices);
+        let leads = screen.leads(&jobs, leader, watch)?;
+        Ok(Self {
+            leader: leader.choices.clone(),
+            leads: jobs.into_iter().zip(leads).collect(),
+        })
+    }
+
+    /// All hypotheses with one effect more.
+    pub fn all(&self) -> impl Iterator<Item = &Vec<Choice>> {
+        self.leads.iter().map(|(choices, _)| choices)
+    }
+
+    /// Those that the test promises a claim of, best first.
+    pub fn visible(&self, problem: &Problem) -> Vec<Vec<Choice>> {
+        let price = price(problem, self.leader.len());
+        let gain = |lead: &Option<Lead>| Some(lead.as_ref()?.promise.as_ref()?.gain);
+        let gains = self
+            .leads
+            .iter()
+            .filter_map(|(c, lead)| Some((c, gain(lead)?)));
+        let mut claims: Vec<_> = gains
+            .filter(|(_, gain)| *gain > price + CLAIMED.ln())
+            .collect();
+        claims.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        claims
+            .into_iter()
+            .map(|(choices, _)| choices.clone())
+            .collect()
+    }
+}
+
+/// Tests every effect beside `leader` on all segments of the runs fitted, where `beside` points, and fits those that could change the
+/// verdict to their end. `None` where the leader proves inadequate on all of them.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub(crate) fn extend(
     screen: &Screen,
     leader: &mut FittedModel,
+    beside: Beside,
 ) -> Result<Option<Extensions>, Error> {
     let problem = screen.problem;
-    let jobs = one_more(problem, &leader.choices);
     let price = price(problem, leader.choices.len());
     let mut out = Extensions {
         tested: Vec::new(),
@@ -61,11 +107,13 @@ pub(crate) fn extend(
     }
     let on_all = leader.full_refit.as_ref().expect("fitted to all by now");
     let segments = problem.copies(&problem.fit_segments(1));
-    let on_screen = screen.at(leader)?;
     let at = At::new(problem, &segments, on_all)?;
-    let promises = parallel(&jobs, |choices| promise(problem, choices, &on_screen, &at))?;
+    let promises = parallel(&beside.leads, |(choices, lead)| match lead {
+        Some(lead) => follow(problem, choices, lead, &at),
+        None => Ok(None),
+    })?;
     let mut promising: Vec<(Vec<Choice>, Promise)> = Vec::new();
-    for (choices, promise) in jobs.into_iter().zip(promises) {
+    for ((choices, _), promise) in beside.leads.into_iter().zip(promises) {
         match promise {
             None => out.untested.push(choices),
             Some(p) if p.gain > price - TIE => promising.push((choices, p)),
@@ -91,23 +139,6 @@ pub(crate) fn extend(
     let places: Vec<usize> = (0..models.len()).collect();
     share_starts(problem, &mut models, &places)?;
     Ok(Some(out))
-}
-
-/// Those of `jobs`, each `leader` with one effect more, that a score test on the segments compared promises a claim of, best first.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub(crate) fn visible(
-    screen: &Screen,
-    jobs: Vec<Vec<Choice>>,
-    leader: &FittedModel,
-    watch: &dyn Watch,
-) -> Result<Vec<Vec<Choice>>, Error> {
-    let price = price(screen.problem, leader.choices.len());
-    let ranked = screen.by_promise(jobs, leader, watch)?;
-    let is_claim = |p: &Option<Promise>| p.as_ref().is_some_and(|p| p.gain > price + CLAIMED.ln());
-    let claims = ranked.into_iter().filter(|(_, promise)| is_claim(promise));
-    Ok(claims.map(|(choices, _)| choices).collect())
 }
 
 /// Price in nats of an effect more than so many, beyond that of its constants.
@@ -162,7 +193,8 @@ pub(crate) fn largest_gain(
     let price = price(problem, base.hypothesis.choices.len());
     let at = At::new(problem, segments, base)?;
     let gains = parallel(&jobs, |choices| {
-        let Some(p) = promise(problem, choices, &at, &at)? else {
+        let lead = look(problem, choices, &at)?;
+        let Some(p) = lead.and_then(|lead| lead.promise) else {
             return Ok(0.0);
         };
         if p.gain < price - TIE {

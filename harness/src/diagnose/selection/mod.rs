@@ -9,6 +9,7 @@ pub mod full_refit;
 pub mod lost_runs;
 pub mod next_measurement;
 pub mod pairs;
+pub mod race;
 pub mod retries;
 pub mod screening;
 pub mod search;

@@ -7,7 +7,7 @@ use crate::diagnose::estimation::graduation::SHARE;
 use crate::diagnose::estimation::nesting::{narrowed, widen};
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::baseline;
-use crate::diagnose::initialisation::score_test::{At, Promise, promise};
+use crate::diagnose::initialisation::score_test::{At, Lead, Promise, look};
 use crate::diagnose::initialisation::search_options::SearchOptions;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
@@ -100,8 +100,25 @@ impl<'a> Screen<'a> {
         At::new(self.problem, &self.segments, &model.fitted)
     }
 
-    /// What a score test promises of the last effect of each of `jobs` beside a model that lacks it; `None` where it can't
-    /// speak of it, and once the search is stopped.
+    /// What a score test finds of the last effect of each of `jobs` beside a model that lacks it; `None` where it can't speak of it,
+    /// and once the search is stopped.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn leads(
+        &self,
+        jobs: &[Vec<Choice>],
+        base: &FittedModel,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Option<Lead>>, Error> {
+        let at = self.at(base)?;
+        parallel(jobs, |choices| match watch.stop() {
+            true => Ok(None),
+            false => look(self.problem, choices, &at),
+        })
+    }
+
+    /// What a score test promises of each of them.
     ///
     /// # Errors
     /// An FMU that can't be run.
@@ -111,11 +128,8 @@ impl<'a> Screen<'a> {
         base: &FittedModel,
         watch: &dyn Watch,
     ) -> Result<Vec<Option<Promise>>, Error> {
-        let at = self.at(base)?;
-        parallel(jobs, |choices| match watch.stop() {
-            true => Ok(None),
-            false => promise(self.problem, choices, &at, &at),
-        })
+        let leads = self.leads(jobs, base, watch)?;
+        Ok(leads.into_iter().map(|lead| lead?.promise).collect())
     }
 
     /// `jobs`, each `base` with one effect more, with what a score test promises of them, best first. What the test does not speak of
@@ -153,6 +167,17 @@ impl<'a> Screen<'a> {
         Ok(model)
     }
 
+    /// Hypotheses that take long to fit first, so that no thread waits for the last one.
+    pub(crate) fn longest_first<'j>(&self, jobs: &'j [Vec<Choice>]) -> Vec<&'j Vec<Choice>> {
+        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
+        let weight = |choices: &Vec<Choice>| -> usize {
+            let of = |c: &Choice| self.problem.catalogue[c.effect].weight();
+            choices.iter().map(of).sum()
+        };
+        jobs.sort_by_key(|choices| std::cmp::Reverse(weight(choices)));
+        jobs
+    }
+
     /// Fits many hypotheses in parallel, each the base with one effect more; best first.
     ///
     /// # Errors
@@ -165,13 +190,7 @@ impl<'a> Screen<'a> {
         watch: &dyn Watch,
     ) -> Result<Vec<FittedModel>, Error> {
         let done = AtomicUsize::new(0);
-        // The long ones first, so that no thread waits for the last one.
-        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
-        let weight = |choices: &Vec<Choice>| -> usize {
-            let of = |c: &Choice| self.problem.catalogue[c.effect].weight();
-            choices.iter().map(of).sum()
-        };
-        jobs.sort_by_key(|choices| std::cmp::Reverse(weight(choices)));
+        let jobs = self.longest_first(jobs);
         let results = parallel(&jobs, |choices| {
             if watch.stop() {
                 return Ok(None);

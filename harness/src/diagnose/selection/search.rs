@@ -17,8 +17,9 @@ use crate::diagnose::model::variants::{
     adds_library_effect, all_variants, library, unknown, variants,
 };
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::{extend, one_more, visible};
+use crate::diagnose::selection::extension::{Beside, extend};
 use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::race::Race;
 use crate::diagnose::selection::screening::{Promised, Screen};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, pairs};
@@ -50,6 +51,8 @@ pub(crate) struct Exploration<'a> {
     pub alone: FittedModel,
     /// The same, or better, from the optimum of an effect.
     pub calibrated: FittedModel,
+    /// The race among them.
+    race: Race<'a>,
     /// Single effects and terms, best first.
     pub singles: Vec<FittedModel>,
     /// The reference model held to what is believed of it, once that was needed.
@@ -88,7 +91,8 @@ pub(crate) fn explore<'a>(
     } else {
         THOROUGH
     };
-    let singles = screen.compete(&jobs, &base, search, watch)?;
+    let mut race = Race::new(screen, &jobs, &base, search, watch)?;
+    let singles = race.run(watch)?;
     let mut found = Exploration {
         problem,
         screen,
@@ -96,6 +100,7 @@ pub(crate) fn explore<'a>(
         list,
         calibrated: screen.recalibrate(base.clone(), &singles)?,
         alone: base,
+        race,
         singles,
         held_alone: None,
         library: None,
@@ -160,9 +165,11 @@ impl Exploration<'_> {
         }
     }
 
-    /// While nothing is adequate: the lines of others, fits to the end, other starts.
+    /// While nothing is adequate: what was only looked at, the lines of others, fits to the end, other starts.
     fn try_harder(&mut self) -> Result<(), Error> {
         if !self.is_settled()? {
+            let more = self.race.run_on(self.watch)?;
+            self.screen.keep_better(&mut self.singles, more);
             self.screen.lend_lines(&mut self.singles, &self.list)?;
             self.screen.polish(&mut self.singles, self.watch)?;
         }
@@ -235,7 +242,7 @@ impl Exploration<'_> {
     /// A further effect may hide behind what is adequate, also behind the calibrated model itself, and then another behind that.
     fn extend_leader(&mut self) -> Result<(), Error> {
         let mut extended: Option<Vec<Choice>> = None;
-        let mut searched: Option<Vec<Choice>> = None;
+        let mut searched: Option<Beside> = None;
         while !self.watch.stop() && !self.problem.place_is_told() {
             // On all segments once a score test has had some fitted to them.
             let on_all = extended.is_some();
@@ -251,16 +258,22 @@ impl Exploration<'_> {
             let Some(leader) = leader else {
                 return Ok(());
             };
-            if !on_all && searched.as_ref() != Some(&leader.choices) {
+            let known = searched.take().filter(|b| b.leader == leader.choices);
+            let is_known = known.is_some();
+            let beside = match known {
+                Some(beside) => beside,
+                None => Beside::new(self.screen, leader, self.watch)?,
+            };
+            if !on_all && !is_known {
                 let leader = leader.clone();
-                if self.search_beside(&leader)? {
+                if self.search_beside(&leader, &beside)? {
                     return Ok(());
                 }
-                searched = Some(leader.choices);
+                searched = Some(beside);
                 continue;
             }
             // A leader that falls when it is fitted to all segments is marked, so that the next one is looked at.
-            let Some(found) = extend(self.screen, leader)? else {
+            let Some(found) = extend(self.screen, leader, beside)? else {
                 continue;
             };
             let leader = leader.clone();
@@ -295,14 +308,14 @@ impl Exploration<'_> {
     /// Searches for a further effect beside a leader that looks adequate, where a score test on the segments compared promises enough on
     /// these alone: there, the test is a hint and does not order what it is silent on (a drag that the damping had taken the place
     /// of). Whether a pair was found that is more probable than the leader.
-    fn search_beside(&mut self, leader: &FittedModel) -> Result<bool, Error> {
-        let jobs = one_more(self.problem, &leader.choices);
-        let visible = visible(self.screen, jobs.clone(), leader, self.watch)?;
+    fn search_beside(&mut self, leader: &FittedModel, beside: &Beside) -> Result<bool, Error> {
+        let visible = beside.visible(self.problem);
         if visible.is_empty() {
             return Ok(false);
         }
-        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = jobs
-            .into_iter()
+        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = beside
+            .all()
+            .cloned()
             .partition(|choices| adds_library_effect(self.problem, choices));
         let of_library = of_library.into_iter().filter(|c| visible.contains(c));
         let mut found = self.hidden(of_library.collect(), leader)?;

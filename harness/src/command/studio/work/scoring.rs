@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Bench, Finding, as_fitted, settled};
 use crate::command::studio::model::{Draft, draft as draft_of};
-use crate::diagnose::initialisation::score_test::{At, is_testable, promise};
+use crate::diagnose::initialisation::score_test::{At, is_testable, look};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::variants::variants;
@@ -62,7 +62,7 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
             return Ok(None);
         }
         let choices: Vec<Choice> = own.iter().cloned().chain([choice.clone()]).collect();
-        let found = promise(problem, &choices, &at, &at)?;
+        let found = look(problem, &choices, &at)?.and_then(|lead| lead.promise);
         let card = &problem.catalogue[choice.effect];
         let id = &card.id;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
