@@ -23,10 +23,10 @@ use serde::{Deserialize, Serialize};
 const FAR: f64 = 3.0;
 
 /// Jacobians for the reference model by itself: everything else starts from it, ...
-const CALIBRATION: usize = 40;
+pub(crate) const CALIBRATION: usize = 40;
 /// ... and iterations in a row without a gain after which it ends, so that differences were taken to both sides: where some met a
 /// transition, calibrations of fresh campaigns stood at up to three times the objective that they reach so.
-const CALIBRATION_PATIENCE: usize = 3;
+pub(crate) const CALIBRATION_PATIENCE: usize = 3;
 
 /// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
 /// as their parameters allow.
@@ -173,6 +173,15 @@ pub(crate) struct FirstLooks {
     pub seen: Vec<Fit>,
 }
 
+impl FirstLooks {
+    /// All of them, best first.
+    pub fn best_first(&self) -> Vec<&Fit> {
+        let mut all: Vec<&Fit> = self.followed.iter().chain(&self.seen).collect();
+        all.sort_by(|a, b| a.trimmed.total_cmp(&b.trimmed));
+        all
+    }
+}
+
 /// Looks at the reference model with `known` effects and the last of `choices` newly added.
 ///
 /// `base` is the fit without the new effect, on the same segments; the search starts from it with the effect
@@ -222,7 +231,7 @@ pub(crate) fn followed(
     segments: &[Segment],
     base: &FittedHypothesis,
     search: SearchOptions,
-    looks: FirstLooks,
+    looks: &FirstLooks,
 ) -> Result<FittedHypothesis, Error> {
     let hypothesis = problem.hypothesis(choices)?;
     let data = problem.data(segments);
@@ -277,7 +286,7 @@ pub fn search(
     search: SearchOptions,
 ) -> Result<FittedHypothesis, Error> {
     let looks = first_looks(problem, choices, segments, base, search)?;
-    followed(problem, choices, segments, base, search, looks)
+    followed(problem, choices, segments, base, search, &looks)
 }
 
 /// The best fit of a hypothesis of which the first looks are known.
@@ -287,14 +296,14 @@ fn best_of_looks(
     segments: &[Segment],
     base: &FittedHypothesis,
     search: SearchOptions,
-    looks: FirstLooks,
+    looks: &FirstLooks,
 ) -> Result<Fit, Error> {
     let new = hypothesis.new_effect();
     let data = problem.data(segments);
     let mut predictor = problem.predictor(hypothesis)?;
     let mut first_fits = FirstFits::new(hypothesis, &data, search);
-    first_fits.best = looks.followed;
-    let found = looks.seen;
+    first_fits.best.clone_from(&looks.followed);
+    let found = &looks.seen;
     // Beside a model that is down to the noise without it an effect can only be weak.
     let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
     let is_weak = is_new && base.fit.error_quantile(&data, 0.5) <= FLOOR_MEDIAN;

@@ -15,6 +15,9 @@ pub(crate) const CLIMB: usize = 10;
 /// Starts that are followed to the end.
 const FOLLOWED: usize = 2;
 
+/// Strength with which an effect starts beside calibrated nuisances, as a share of the typical one.
+const BARELY_ON: f64 = 0.02;
+
 /// How thorough a search is.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct SearchOptions {
@@ -26,6 +29,8 @@ pub struct SearchOptions {
     pub followed: usize,
     /// Jacobians for these.
     pub climb: usize,
+    /// Strength with which an effect starts beside the calibrated nuisances, as a share of the typical one.
+    pub barely_on: f64,
     /// From which nuisances starts are taken.
     pub nuisances: Nuisances,
     /// Whether first looks leave the reference model's common constants where they are.
@@ -57,6 +62,7 @@ pub const THOROUGH: SearchOptions = SearchOptions {
     first_fit_share: FIRST_FIT_SHARE,
     followed: FOLLOWED,
     climb: CLIMB,
+    barely_on: BARELY_ON,
     nuisances: Nuisances::All,
     fixed_first_fits: false,
     belief: 1.0,
@@ -67,6 +73,7 @@ pub const BRIEF: SearchOptions = SearchOptions {
     first_fit_share: FIRST_FIT_SHARE,
     followed: 1,
     climb: 5,
+    barely_on: BARELY_ON,
     nuisances: Nuisances::Some,
     fixed_first_fits: true,
     belief: 1.0,

@@ -142,7 +142,7 @@ pub(crate) fn starts<'a>(
                 // From the calibrated model, with the effect barely on.
                 if sign == 0 {
                     values.pop();
-                    values.push((i, 0.02 * strength));
+                    values.push((i, search.barely_on * strength));
                     out.push(with(&from_base, &values));
                 }
             } else {

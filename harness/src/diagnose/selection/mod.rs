@@ -6,6 +6,7 @@ pub mod discrepancy;
 pub mod extension;
 pub mod fitted_model;
 pub mod full_refit;
+pub mod lengthening;
 pub mod lost_runs;
 pub mod next_measurement;
 pub mod pairs;

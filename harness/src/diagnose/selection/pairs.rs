@@ -74,7 +74,10 @@ fn is_over(screen: &Screen, watch: &dyn Watch) -> bool {
 }
 
 /// Whether a pair without values of its own along each run explains the data; those imitate much.
-fn explains(screen: &Screen, best: Option<&mut FittedModel>) -> Result<bool, Error> {
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn explains(screen: &Screen, best: Option<&mut FittedModel>) -> Result<bool, Error> {
     match best {
         Some(best) if !best.is_local() => full_refit::stands(screen.problem, best),
         _ => Ok(false),

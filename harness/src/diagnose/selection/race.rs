@@ -1,7 +1,7 @@
 //! A race of hypotheses: first looks at all of them, and those that look best followed to their end until one explains the data.
 //!
 //! What is missing looks better than what is not from a few Jacobians on: of eight campaigns with one effect it had arrived at the
-//! noise by then in six and looked best of all in the others. What looks worse ends far from the noise however long it is followed.
+//! noise by then in seven and looked best of all in the eighth. What looks worse ends far from the noise however long it is followed.
 //! Source of the method: Jamieson and Talwalkar, Proc. AISTATS 2016, sect. 3 (successive halving).
 
 use crate::diagnose::initialisation::multistart::{self, FirstLooks};
@@ -14,27 +14,29 @@ use crate::parallel::parallel;
 use crate::watch::Watch;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Hypotheses that are followed at a time: twice as many as looked better than what was missing in any campaign tried, with it.
-const BATCH: usize = 4;
+/// Hypotheses that are followed at a time: two for each of two cores. What was missing looked best of all in every campaign tried.
+pub(crate) const BATCH: usize = 4;
 
 /// A hypothesis, and first looks at it.
-type Entrant = (Vec<Choice>, FirstLooks);
+pub(crate) type Entrant = (Vec<Choice>, FirstLooks);
 
 /// Hypotheses, each one and the same base with one effect more.
 pub(crate) struct Race<'a> {
     screen: &'a Screen<'a>,
     base: FittedModel,
     search: SearchOptions,
-    /// Those that were only looked at, the one that looks best last.
-    waiting: Vec<Entrant>,
-    /// How many were looked at or followed.
+    /// All that were looked at, the one that looks best first.
+    pub entrants: Vec<Entrant>,
+    /// How many of these were followed.
+    followed: usize,
+    /// How many were looked at or followed, as it is told.
     done: AtomicUsize,
     /// How many of these there can be.
     most: usize,
 }
 
 impl<'a> Race<'a> {
-    /// First looks at all `jobs`. None of them once the search is stopped.
+    /// First looks at all `jobs`. No more of them once the search is stopped.
     ///
     /// # Errors
     /// An FMU that can't be run.
@@ -49,32 +51,29 @@ impl<'a> Race<'a> {
             screen,
             base: base.clone(),
             search,
-            waiting: Vec::new(),
+            entrants: Vec::new(),
+            followed: 0,
             done: AtomicUsize::new(0),
             most: 2 * jobs.len(),
         };
-        let jobs = screen.longest_first(jobs);
+        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
+        jobs.sort_by_key(|choices| std::cmp::Reverse(screen.weight(choices)));
         let looks = parallel(&jobs, |choices| {
             if watch.stop() {
                 return Ok(None);
             }
-            let looks = multistart::first_looks(
-                screen.problem,
-                choices,
-                &screen.segments,
-                &base.fitted,
-                search,
-            )?;
+            let (problem, base) = (screen.problem, &base.fitted);
+            let looks = multistart::first_looks(problem, choices, &screen.segments, base, search)?;
             race.step(choices, watch);
             Ok(Some((choices.to_vec(), looks)))
         })?;
-        race.waiting = looks.into_iter().flatten().collect();
+        race.entrants = looks.into_iter().flatten().collect();
         let objective = |(_, looks): &Entrant| {
-            let all = looks.followed.iter().chain(&looks.seen);
-            all.map(|fit| fit.trimmed).fold(f64::INFINITY, f64::min)
+            let best = looks.best_first().first().map(|fit| fit.trimmed);
+            best.unwrap_or(f64::INFINITY)
         };
-        race.waiting
-            .sort_by(|a, b| objective(b).total_cmp(&objective(a)));
+        race.entrants
+            .sort_by(|a, b| objective(a).total_cmp(&objective(b)));
         Ok(race)
     }
 
@@ -91,11 +90,11 @@ impl<'a> Race<'a> {
     pub fn run(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let mut found = Vec::new();
         let has_won = |model: &FittedModel| !model.is_local() && model.reaches_floor();
-        while !(self.waiting.is_empty() || found.iter().any(has_won) || watch.stop()) {
+        while self.followed < self.entrants.len() && !found.iter().any(has_won) && !watch.stop() {
             found.append(&mut self.follow(BATCH, watch)?);
         }
-        let mut left = parallel(&self.waiting, |entrant| self.as_seen(entrant))?;
-        found.append(&mut left);
+        let left = &self.entrants[self.followed..];
+        found.append(&mut parallel(left, |entrant| self.as_seen(entrant))?);
         self.screen.sort(&mut found);
         Ok(found)
     }
@@ -105,26 +104,25 @@ impl<'a> Race<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub fn run_on(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
-        self.follow(self.waiting.len(), watch)
+        self.follow(self.entrants.len(), watch)
     }
 
-    /// Follows so many of those that look best.
+    /// Follows the next so many of those that look best.
     fn follow(&mut self, most: usize, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
-        let left = self.waiting.len().saturating_sub(most);
-        let batch = self.waiting.split_off(left);
-        let screen = self.screen;
-        parallel(&batch, |entrant| {
+        let from = self.followed;
+        self.followed = self.entrants.len().min(from + most);
+        parallel(&self.entrants[from..self.followed], |entrant| {
             if watch.stop() {
                 return self.as_seen(entrant);
             }
-            let (choices, looks) = entrant;
+            let (screen, (choices, looks)) = (self.screen, entrant);
             let fitted = multistart::followed(
                 screen.problem,
                 choices,
                 &screen.segments,
                 &self.base.fitted,
                 self.search,
-                looks.clone(),
+                looks,
             )?;
             self.step(choices, watch);
             screen.model(choices.clone(), fitted)

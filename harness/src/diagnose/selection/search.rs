@@ -22,7 +22,7 @@ use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::race::Race;
 use crate::diagnose::selection::screening::{Promised, Screen};
 use crate::diagnose::selection::tested::Tested;
-use crate::diagnose::selection::{full_refit, pairs};
+use crate::diagnose::selection::{full_refit, lengthening, pairs};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::CLOSE;
 use crate::error::Error;
@@ -432,9 +432,15 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs of which neither is adequate alone, formed with the best single effects of the catalogue. What imitates much leads last, and only
+    /// Pairs of which neither is adequate alone: on beginnings of the segments first, and where nothing is found there on whole ones,
+    /// formed with the best single effects of the catalogue. What imitates much leads last, and only
     /// where it is the best of all: values of its own along each run, and effects of the library.
     fn pair(&mut self) -> Result<(), Error> {
+        let found = lengthening::search(self.screen, &self.list, &self.race, self.watch)?;
+        self.screen.keep_better(&mut self.pairs, found);
+        if pairs::explains(self.screen, self.pairs.first_mut())? {
+            return Ok(());
+        }
         let imitates = |single: &&FittedModel| {
             single.is_local() || adds_library_effect(self.problem, &single.choices)
         };

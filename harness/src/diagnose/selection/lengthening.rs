@@ -1,0 +1,185 @@
+//! Pairs of effects, searched for on the beginnings of segments while these lengthen.
+//!
+//! Over a whole segment a model that lacks two effects meets transitions at wrong times, and a fit of one of them ends in a wrong
+//! valley: ranked there, what leads is seldom one of the two. Over its beginning the same model errs by its forces alone. The first
+//! looks at single effects ([`super::race`]) rank one of the two first or second in 16 of 19 campaigns, and an effect that is there
+//! explains a beginning alone. It is continued on longer ones until it fails; what has to be added there is the other effect.
+//! Source: the objective is the smoother the shorter the pieces that are predicted (Ribeiro, Tiels, Umenberger, Schön and Aguirre,
+//! Automatica 121 (2020) 109158, theorems 1 and 3).
+
+use crate::diagnose::estimation::fit::Fit;
+use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::initialisation::multistart;
+use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
+use crate::diagnose::initialisation::search_options::{
+    FIRST_FIT_SHARE, Nuisances, SearchOptions, THOROUGH,
+};
+use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
+use crate::diagnose::model::point::Point;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::race::{BATCH, Entrant, Race};
+use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
+use crate::error::Error;
+use crate::parallel::parallel;
+use crate::watch::Watch;
+
+/// Shares of each segment, from its start: that of first looks, and on to the whole.
+const SHARES: [f64; 4] = [FIRST_FIT_SHARE, 0.6, 0.8, 1.0];
+/// Single effects that are fitted to their end on the shortest beginnings, those that look best.
+const FITTED: usize = 6;
+/// Looks at each of them from which it is fitted.
+const LOOKS: usize = 2;
+/// How many of them lead pairs at most, one after another.
+const LEADERS: usize = 3;
+
+/// Beginnings of the segments of a screen.
+struct Beginnings<'a> {
+    screen: &'a Screen<'a>,
+    watch: &'a dyn Watch,
+}
+
+/// Pairs of effects, best first, the best of them fitted to its end on whole segments: until one explains the data that has no values of
+/// its own along each run, which imitate much. `list` are all effects, `race` has looked at each of them alone.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn search(
+    screen: &Screen,
+    list: &[Choice],
+    race: &Race,
+    watch: &dyn Watch,
+) -> Result<Vec<FittedModel>, Error> {
+    let beginnings = Beginnings { screen, watch };
+    let mut pairs: Vec<FittedModel> = Vec::new();
+    for (number, leader) in beginnings.leaders(&race.entrants)?.into_iter().enumerate() {
+        // However much is spent by then, the first leader has its pairs tried.
+        if watch.stop() || number > 0 && screen.problem.is_budget_spent() {
+            break;
+        }
+        watch.step(&name(screen.problem, &leader.choices), number, LEADERS);
+        let (leader, length) = beginnings.until_it_fails(leader)?;
+        let looks = beginnings.looks(list, &leader, length)?;
+        let mut new = beginnings.to_the_end(looks, length)?;
+        screen.finish(&mut new, watch)?;
+        screen.keep_better(&mut pairs, new);
+        if pairs
+            .first()
+            .is_some_and(|pair| pair.reaches_floor() && !pair.is_local())
+        {
+            break;
+        }
+    }
+    Ok(pairs)
+}
+
+impl Beginnings<'_> {
+    /// A hypothesis fitted further on beginnings of a length.
+    fn fitted(
+        &self,
+        choices: &[Choice],
+        start: &Point,
+        length: usize,
+        options: FitOptions,
+    ) -> Result<FittedModel, Error> {
+        let options = FitOptions {
+            share: SHARES[length],
+            ..options
+        };
+        self.screen.continued(choices, start.clone(), options)
+    }
+
+    /// The same to its end, as the reference model is calibrated: what leads has to stand in its valley before others are added.
+    fn to_its_end(
+        &self,
+        choices: &[Choice],
+        start: &Point,
+        length: usize,
+    ) -> Result<FittedModel, Error> {
+        let options = FitOptions {
+            patience: CALIBRATION_PATIENCE,
+            ..FitOptions::search(CALIBRATION)
+        };
+        self.fitted(choices, start, length, options)
+    }
+
+    /// Single effects on the shortest beginnings, best first, without those with values of their own along each run.
+    fn leaders(&self, entrants: &[Entrant]) -> Result<Vec<FittedModel>, Error> {
+        let mut starts: Vec<(&Vec<Choice>, &Fit)> = Vec::new();
+        for (choices, looks) in entrants.iter().take(FITTED) {
+            let best = looks.best_first().into_iter().take(LOOKS);
+            starts.extend(best.map(|look| (choices, look)));
+        }
+        let fitted = parallel(&starts, |(choices, look)| {
+            self.to_its_end(choices, &look.point, 0)
+        })?;
+        let mut leaders: Vec<FittedModel> = Vec::new();
+        self.screen.keep_better(&mut leaders, fitted);
+        leaders.retain(|leader| !leader.is_local());
+        leaders.truncate(LEADERS);
+        Ok(leaders)
+    }
+
+    /// A model on longer beginnings as long as it is down to the noise, with the length at which it fails.
+    fn until_it_fails(&self, mut model: FittedModel) -> Result<(FittedModel, usize), Error> {
+        let mut length = 0;
+        while model.is_down_to_noise() && length + 1 < SHARES.len() && !self.watch.stop() {
+            length += 1;
+            model = self.to_its_end(&model.choices, &model.fitted.fit.point, length)?;
+        }
+        Ok((model, length))
+    }
+
+    /// First looks at a leader with each other effect, from where it stands, best first.
+    fn looks(
+        &self,
+        list: &[Choice],
+        leader: &FittedModel,
+        length: usize,
+    ) -> Result<Vec<(Vec<Choice>, Fit)>, Error> {
+        let first = &leader.choices[0];
+        let others = list.iter().filter(|c| c.effect != first.effect);
+        let mut jobs: Vec<Vec<Choice>> = others.map(|c| vec![first.clone(), c.clone()]).collect();
+        jobs.sort_by_key(|choices| std::cmp::Reverse(self.screen.weight(choices)));
+        let how = SearchOptions {
+            nuisances: Nuisances::Calibrated,
+            first_fit_share: SHARES[length],
+            barely_on: NEARLY_OFF,
+            ..THOROUGH
+        };
+        let looks = parallel(&jobs, |choices| {
+            if self.watch.stop() {
+                return Ok(None);
+            }
+            let (problem, segments) = (self.screen.problem, &self.screen.segments);
+            let looks = multistart::first_looks(problem, choices, segments, &leader.fitted, how)?;
+            let best = looks.best_first().first().map(|&best| best.clone());
+            Ok(best.map(|best| (choices.clone(), best)))
+        })?;
+        let mut looks: Vec<(Vec<Choice>, Fit)> = looks.into_iter().flatten().collect();
+        looks.sort_by(|(_, a), (_, b)| a.trimmed.total_cmp(&b.trimmed));
+        Ok(looks)
+    }
+
+    /// What looks best, fitted further: the best eight at this length, the best four of these at each longer one. On whole segments, best
+    /// first.
+    fn to_the_end(
+        &self,
+        looks: Vec<(Vec<Choice>, Fit)>,
+        length: usize,
+    ) -> Result<Vec<FittedModel>, Error> {
+        let best = &looks[..looks.len().min(2 * BATCH)];
+        let mut kept = parallel(best, |(choices, look)| {
+            self.fitted(choices, &look.point, length, refitting(POLISH))
+        })?;
+        self.screen.sort(&mut kept);
+        for longer in length + 1..SHARES.len() {
+            kept.truncate(BATCH);
+            kept = parallel(&kept, |model| {
+                let start = &model.fitted.fit.point;
+                self.fitted(&model.choices, start, longer, refitting(POLISH))
+            })?;
+            self.screen.sort(&mut kept);
+        }
+        Ok(kept)
+    }
+}
