@@ -66,22 +66,13 @@ impl Beside {
         self.leads.iter().map(|(choices, _)| choices)
     }
 
-    /// Those that the test promises a claim of, best first.
-    pub fn visible(&self, problem: &Problem) -> Vec<Vec<Choice>> {
-        let price = price(problem, self.leader.len());
-        let gain = |lead: &Option<Lead>| Some(lead.as_ref()?.promise.as_ref()?.gain);
-        let gains = self
-            .leads
-            .iter()
-            .filter_map(|(c, lead)| Some((c, gain(lead)?)));
-        let mut claims: Vec<_> = gains
-            .filter(|(_, gain)| *gain > price + CLAIMED.ln())
-            .collect();
-        claims.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        claims
-            .into_iter()
-            .map(|(choices, _)| choices.clone())
-            .collect()
+    /// Those that the test promises a claim of.
+    pub fn visible(&self, problem: &Problem) -> Vec<&Vec<Choice>> {
+        let least = price(problem, self.leader.len()) + CLAIMED.ln();
+        let promised = |lead: &Option<Lead>| Some(lead.as_ref()?.promise.as_ref()?.gain);
+        let is_claim = |lead: &Option<Lead>| promised(lead).is_some_and(|gain| gain > least);
+        let claims = self.leads.iter().filter(|(_, lead)| is_claim(lead));
+        claims.map(|(choices, _)| choices).collect()
     }
 }
 

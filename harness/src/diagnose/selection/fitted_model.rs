@@ -98,6 +98,11 @@ impl FittedModel {
         per_run.iter().flatten().any(|k| k.support.is_some())
     }
 
+    /// Whether it explains the data without values of its own along each run, which imitate much.
+    pub fn is_answer(&self) -> bool {
+        !self.is_local() && self.reaches_floor()
+    }
+
     /// What its last effect repeats with, and the frequency in Hz or wavelength in m found; `None` if it does not repeat.
     pub fn line(&self, problem: &Problem) -> Option<(Argument, f64)> {
         let effect = &problem.catalogue[self.choices.last()?.effect];

@@ -9,7 +9,6 @@
 
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
-use crate::diagnose::initialisation::multistart;
 use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
 use crate::diagnose::initialisation::search_options::{
     FIRST_FIT_SHARE, Nuisances, SearchOptions, THOROUGH,
@@ -17,7 +16,7 @@ use crate::diagnose::initialisation::search_options::{
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
-use crate::diagnose::selection::race::{BATCH, Entrant, Race};
+use crate::diagnose::selection::race::{BATCH, Entrant, Race, first_looks};
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -59,17 +58,24 @@ pub(crate) fn search(
         watch.step(&name(screen.problem, &leader.choices), number, LEADERS);
         let (leader, length) = beginnings.until_it_fails(leader)?;
         let looks = beginnings.looks(list, &leader, length)?;
-        let mut new = beginnings.to_the_end(looks, length)?;
+        let mut new = beginnings.to_the_end(&looks, length)?;
         screen.finish(&mut new, watch)?;
         screen.keep_better(&mut pairs, new);
-        if pairs
-            .first()
-            .is_some_and(|pair| pair.reaches_floor() && !pair.is_local())
-        {
+        if pairs.first().is_some_and(FittedModel::is_answer) {
             break;
         }
     }
     Ok(pairs)
+}
+
+/// So many of the hypotheses that look best, each at so many of its best looks.
+fn starts(entrants: &[Entrant], most: usize, looks_each: usize) -> Vec<(&Vec<Choice>, &Fit)> {
+    let best = entrants.iter().take(most);
+    best.flat_map(|(choices, looks)| {
+        let best = looks.best_first().into_iter().take(looks_each);
+        best.map(move |look| (choices, look))
+    })
+    .collect()
 }
 
 impl Beginnings<'_> {
@@ -104,11 +110,7 @@ impl Beginnings<'_> {
 
     /// Single effects on the shortest beginnings, best first, without those with values of their own along each run.
     fn leaders(&self, entrants: &[Entrant]) -> Result<Vec<FittedModel>, Error> {
-        let mut starts: Vec<(&Vec<Choice>, &Fit)> = Vec::new();
-        for (choices, looks) in entrants.iter().take(FITTED) {
-            let best = looks.best_first().into_iter().take(LOOKS);
-            starts.extend(best.map(|look| (choices, look)));
-        }
+        let starts = starts(entrants, FITTED, LOOKS);
         let fitted = parallel(&starts, |(choices, look)| {
             self.to_its_end(choices, &look.point, 0)
         })?;
@@ -135,40 +137,24 @@ impl Beginnings<'_> {
         list: &[Choice],
         leader: &FittedModel,
         length: usize,
-    ) -> Result<Vec<(Vec<Choice>, Fit)>, Error> {
+    ) -> Result<Vec<Entrant>, Error> {
         let first = &leader.choices[0];
         let others = list.iter().filter(|c| c.effect != first.effect);
-        let mut jobs: Vec<Vec<Choice>> = others.map(|c| vec![first.clone(), c.clone()]).collect();
-        jobs.sort_by_key(|choices| std::cmp::Reverse(self.screen.weight(choices)));
+        let jobs: Vec<Vec<Choice>> = others.map(|c| vec![first.clone(), c.clone()]).collect();
         let how = SearchOptions {
             nuisances: Nuisances::Calibrated,
             first_fit_share: SHARES[length],
             barely_on: NEARLY_OFF,
             ..THOROUGH
         };
-        let looks = parallel(&jobs, |choices| {
-            if self.watch.stop() {
-                return Ok(None);
-            }
-            let (problem, segments) = (self.screen.problem, &self.screen.segments);
-            let looks = multistart::first_looks(problem, choices, segments, &leader.fitted, how)?;
-            let best = looks.best_first().first().map(|&best| best.clone());
-            Ok(best.map(|best| (choices.clone(), best)))
-        })?;
-        let mut looks: Vec<(Vec<Choice>, Fit)> = looks.into_iter().flatten().collect();
-        looks.sort_by(|(_, a), (_, b)| a.trimmed.total_cmp(&b.trimmed));
-        Ok(looks)
+        first_looks(self.screen, &jobs, leader, how, jobs.len(), self.watch)
     }
 
     /// What looks best, fitted further: the best eight at this length, the best four of these at each longer one. On whole segments, best
     /// first.
-    fn to_the_end(
-        &self,
-        looks: Vec<(Vec<Choice>, Fit)>,
-        length: usize,
-    ) -> Result<Vec<FittedModel>, Error> {
-        let best = &looks[..looks.len().min(2 * BATCH)];
-        let mut kept = parallel(best, |(choices, look)| {
+    fn to_the_end(&self, entrants: &[Entrant], length: usize) -> Result<Vec<FittedModel>, Error> {
+        let best = starts(entrants, 2 * BATCH, 1);
+        let mut kept = parallel(&best, |(choices, look)| {
             self.fitted(choices, &look.point, length, refitting(POLISH))
         })?;
         self.screen.sort(&mut kept);

@@ -29,14 +29,43 @@ pub(crate) struct Race<'a> {
     pub entrants: Vec<Entrant>,
     /// How many of these were followed.
     followed: usize,
-    /// How many were looked at or followed, as it is told.
-    done: AtomicUsize,
-    /// How many of these there can be.
-    most: usize,
+}
+
+/// First looks at `jobs`, each `base` with one effect more, the one that looks best first; no more of them once the search is stopped.
+/// They are told as the first of `steps` steps.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn first_looks(
+    screen: &Screen,
+    jobs: &[Vec<Choice>],
+    base: &FittedModel,
+    search: SearchOptions,
+    steps: usize,
+    watch: &dyn Watch,
+) -> Result<Vec<Entrant>, Error> {
+    let done = AtomicUsize::new(0);
+    let looks = parallel(&screen.longest_first(jobs), |choices| {
+        if watch.stop() {
+            return Ok(None);
+        }
+        let (problem, base) = (screen.problem, &base.fitted);
+        let looks = multistart::first_looks(problem, choices, &screen.segments, base, search)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        watch.step(&name(problem, choices), done, steps);
+        Ok(Some((choices.to_vec(), looks)))
+    })?;
+    let mut entrants: Vec<Entrant> = looks.into_iter().flatten().collect();
+    let objective = |(_, looks): &Entrant| {
+        let best = looks.best_first().first().map(|fit| fit.trimmed);
+        best.unwrap_or(f64::INFINITY)
+    };
+    entrants.sort_by(|a, b| objective(a).total_cmp(&objective(b)));
+    Ok(entrants)
 }
 
 impl<'a> Race<'a> {
-    /// First looks at all `jobs`. No more of them once the search is stopped.
+    /// First looks at all `jobs`.
     ///
     /// # Errors
     /// An FMU that can't be run.
@@ -47,39 +76,13 @@ impl<'a> Race<'a> {
         search: SearchOptions,
         watch: &dyn Watch,
     ) -> Result<Self, Error> {
-        let mut race = Self {
+        Ok(Self {
             screen,
             base: base.clone(),
             search,
-            entrants: Vec::new(),
+            entrants: first_looks(screen, jobs, base, search, 2 * jobs.len(), watch)?,
             followed: 0,
-            done: AtomicUsize::new(0),
-            most: 2 * jobs.len(),
-        };
-        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
-        jobs.sort_by_key(|choices| std::cmp::Reverse(screen.weight(choices)));
-        let looks = parallel(&jobs, |choices| {
-            if watch.stop() {
-                return Ok(None);
-            }
-            let (problem, base) = (screen.problem, &base.fitted);
-            let looks = multistart::first_looks(problem, choices, &screen.segments, base, search)?;
-            race.step(choices, watch);
-            Ok(Some((choices.to_vec(), looks)))
-        })?;
-        race.entrants = looks.into_iter().flatten().collect();
-        let objective = |(_, looks): &Entrant| {
-            let best = looks.best_first().first().map(|fit| fit.trimmed);
-            best.unwrap_or(f64::INFINITY)
-        };
-        race.entrants
-            .sort_by(|a, b| objective(a).total_cmp(&objective(b)));
-        Ok(race)
-    }
-
-    fn step(&self, choices: &[Choice], watch: &dyn Watch) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        watch.step(&name(self.screen.problem, choices), done, self.most);
+        })
     }
 
     /// The hypotheses, best first: followed are those that look best, until one that imitates little has arrived at the noise.
@@ -89,8 +92,8 @@ impl<'a> Race<'a> {
     /// An FMU that can't be run.
     pub fn run(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let mut found = Vec::new();
-        let has_won = |model: &FittedModel| !model.is_local() && model.reaches_floor();
-        while self.followed < self.entrants.len() && !found.iter().any(has_won) && !watch.stop() {
+        let open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
+        while self.followed < self.entrants.len() && open(&found) && !watch.stop() {
             found.append(&mut self.follow(BATCH, watch)?);
         }
         let left = &self.entrants[self.followed..];
@@ -110,6 +113,7 @@ impl<'a> Race<'a> {
     /// Follows the next so many of those that look best.
     fn follow(&mut self, most: usize, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let from = self.followed;
+        let done = AtomicUsize::new(self.entrants.len() + from);
         self.followed = self.entrants.len().min(from + most);
         parallel(&self.entrants[from..self.followed], |entrant| {
             if watch.stop() {
@@ -124,7 +128,12 @@ impl<'a> Race<'a> {
                 self.search,
                 looks,
             )?;
-            self.step(choices, watch);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            watch.step(
+                &name(screen.problem, choices),
+                done,
+                2 * self.entrants.len(),
+            );
             screen.model(choices.clone(), fitted)
         })
     }

@@ -167,10 +167,15 @@ impl<'a> Screen<'a> {
         Ok(model)
     }
 
-    /// How long a hypothesis takes to fit, beside others: the long ones come first, so that no thread waits for the last one.
-    pub(crate) fn weight(&self, choices: &[Choice]) -> usize {
-        let of = |c: &Choice| self.problem.catalogue[c.effect].weight();
-        choices.iter().map(of).sum()
+    /// Hypotheses that take long to fit first, so that no thread waits for the last one.
+    pub(crate) fn longest_first<'j>(&self, jobs: &'j [Vec<Choice>]) -> Vec<&'j Vec<Choice>> {
+        let weight = |choices: &Vec<Choice>| -> usize {
+            let of = |c: &Choice| self.problem.catalogue[c.effect].weight();
+            choices.iter().map(of).sum()
+        };
+        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
+        jobs.sort_by_key(|choices| std::cmp::Reverse(weight(choices)));
+        jobs
     }
 
     /// Fits many hypotheses in parallel, each the base with one effect more; best first.
@@ -185,8 +190,7 @@ impl<'a> Screen<'a> {
         watch: &dyn Watch,
     ) -> Result<Vec<FittedModel>, Error> {
         let done = AtomicUsize::new(0);
-        let mut jobs: Vec<&Vec<Choice>> = jobs.iter().collect();
-        jobs.sort_by_key(|choices| std::cmp::Reverse(self.weight(choices)));
+        let jobs = self.longest_first(jobs);
         let results = parallel(&jobs, |choices| {
             if watch.stop() {
                 return Ok(None);

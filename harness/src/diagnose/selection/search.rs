@@ -317,7 +317,7 @@ impl Exploration<'_> {
             .all()
             .cloned()
             .partition(|choices| adds_library_effect(self.problem, choices));
-        let of_library = of_library.into_iter().filter(|c| visible.contains(c));
+        let of_library = of_library.into_iter().filter(|c| visible.contains(&c));
         let mut found = self.hidden(of_library.collect(), leader)?;
         let more = self
             .screen
