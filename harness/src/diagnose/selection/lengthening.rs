@@ -37,8 +37,9 @@ struct Beginnings<'a> {
     watch: &'a dyn Watch,
 }
 
-/// Pairs of effects, best first, the best of them fitted to its end on whole segments: until one explains the data that has no values of
-/// its own along each run, which imitate much. `list` are all effects, `race` has looked at each of them alone.
+/// Pairs of effects, the best of them fitted to its end on whole segments, or a single one that explains the data after all, best
+/// first: until one does that has no values of its own along each run, which imitate much. `list` are all effects, `race` has
+/// looked at each of them alone.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -49,23 +50,26 @@ pub(crate) fn search(
     watch: &dyn Watch,
 ) -> Result<Vec<FittedModel>, Error> {
     let beginnings = Beginnings { screen, watch };
-    let mut pairs: Vec<FittedModel> = Vec::new();
-    for (number, leader) in beginnings.leaders(&race.entrants)?.into_iter().enumerate() {
+    let mut found: Vec<FittedModel> = Vec::new();
+    let leaders = beginnings.leaders(&race.entrants)?;
+    let most = leaders.len();
+    for (number, leader) in leaders.into_iter().enumerate() {
         // However much is spent by then, the first leader has its pairs tried.
         if watch.stop() || number > 0 && screen.problem.is_budget_spent() {
             break;
         }
-        watch.step(&name(screen.problem, &leader.choices), number, LEADERS);
+        watch.step(&name(screen.problem, &leader.choices), number, most);
         let (leader, length) = beginnings.until_it_fails(leader)?;
-        let looks = beginnings.looks(list, &leader, length)?;
-        let mut new = beginnings.to_the_end(&looks, length)?;
-        screen.finish(&mut new, watch)?;
-        screen.keep_better(&mut pairs, new);
-        if pairs.first().is_some_and(FittedModel::is_answer) {
+        if length + 1 == SHARES.len() && leader.is_answer() {
+            return Ok(vec![leader]);
+        }
+        let new = beginnings.beside(&leader, length, list)?;
+        screen.keep_better(&mut found, new);
+        if found.first().is_some_and(FittedModel::is_answer) {
             break;
         }
     }
-    Ok(pairs)
+    Ok(found)
 }
 
 /// So many of the hypotheses that look best, each at so many of its best looks.
@@ -131,13 +135,14 @@ impl Beginnings<'_> {
         Ok((model, length))
     }
 
-    /// First looks at a leader with each other effect, from where it stands, best first.
-    fn looks(
+    /// A leader with each other effect of a list, from where it stands on beginnings of a length: what looks best on whole segments,
+    /// the best of it fitted to its end, best first.
+    fn beside(
         &self,
-        list: &[Choice],
         leader: &FittedModel,
         length: usize,
-    ) -> Result<Vec<Entrant>, Error> {
+        list: &[Choice],
+    ) -> Result<Vec<FittedModel>, Error> {
         let first = &leader.choices[0];
         let others = list.iter().filter(|c| c.effect != first.effect);
         let jobs: Vec<Vec<Choice>> = others.map(|c| vec![first.clone(), c.clone()]).collect();
@@ -147,7 +152,10 @@ impl Beginnings<'_> {
             barely_on: NEARLY_OFF,
             ..THOROUGH
         };
-        first_looks(self.screen, &jobs, leader, how, jobs.len(), self.watch)
+        let looks = first_looks(self.screen, &jobs, leader, how, jobs.len(), self.watch)?;
+        let mut pairs = self.to_the_end(&looks, length)?;
+        self.screen.finish(&mut pairs, self.watch)?;
+        Ok(pairs)
     }
 
     /// What looks best, fitted further: the best eight at this length, the best four of these at each longer one. On whole segments, best

@@ -16,6 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Hypotheses that are followed at a time: two for each of two cores. What was missing looked best of all in every campaign tried.
 pub(crate) const BATCH: usize = 4;
+/// Hypotheses that are followed before others are tried, pairs of them above all.
+const FOLLOWED: usize = 2 * BATCH;
 
 /// A hypothesis, and first looks at it.
 pub(crate) type Entrant = (Vec<Choice>, FirstLooks);
@@ -85,15 +87,16 @@ impl<'a> Race<'a> {
         })
     }
 
-    /// The hypotheses, best first: followed are those that look best, until one that imitates little has arrived at the noise.
-    /// The others stand where they were seen.
+    /// The hypotheses, best first: followed are those that look best, until one that imitates little has arrived at the noise, eight at
+    /// most. The others stand where they were seen.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub fn run(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let mut found = Vec::new();
         let open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
-        while self.followed < self.entrants.len() && open(&found) && !watch.stop() {
+        let most = self.entrants.len().min(FOLLOWED);
+        while self.followed < most && open(&found) && !watch.stop() {
             found.append(&mut self.follow(BATCH, watch)?);
         }
         let left = &self.entrants[self.followed..];

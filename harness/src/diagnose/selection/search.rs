@@ -118,17 +118,22 @@ pub(crate) fn explore<'a>(
         };
         found.add_library_effects(most)?;
     }
-    if found.is_adequate() {
-        watch.stage(stages::CLOSE);
-        found.finish_close()?;
-        watch.stage(stages::EXTENSIONS);
-        found.extend_leader()?;
-    }
+    found.compare_adequate()?;
     // What seemed adequate may have fallen on all segments.
     if !found.is_adequate() && !problem.place_is_told() {
         // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
         watch.stage(stages::PAIRS);
-        found.pair()?;
+        found.pair_on_beginnings()?;
+        found.compare_adequate()?;
+    }
+    if !found.is_adequate() && !found.pair_explains()? {
+        watch.stage(stages::FURTHER);
+        found.follow_the_rest()?;
+        found.compare_adequate()?;
+        if !found.is_adequate() && !problem.place_is_told() {
+            watch.stage(stages::PAIRS);
+            found.pair()?;
+        }
     }
     found.refit_halves()?;
     found.other_forms_of_pair()?;
@@ -165,15 +170,31 @@ impl Exploration<'_> {
         }
     }
 
-    /// While nothing is adequate: what was only looked at, the lines of others, fits to the end, other starts.
+    /// While nothing is adequate: the lines of others, fits to the end, other starts.
     fn try_harder(&mut self) -> Result<(), Error> {
         if !self.is_settled()? {
-            let more = self.race.run_on(self.watch)?;
-            self.screen.keep_better(&mut self.singles, more);
             self.screen.lend_lines(&mut self.singles, &self.list)?;
             self.screen.polish(&mut self.singles, self.watch)?;
         }
         self.restart()
+    }
+
+    /// What was only looked at.
+    fn follow_the_rest(&mut self) -> Result<(), Error> {
+        let more = self.race.run_on(self.watch)?;
+        self.screen.keep_better(&mut self.singles, more);
+        self.try_harder()
+    }
+
+    /// Compares what is adequate, and what may hide behind it.
+    fn compare_adequate(&mut self) -> Result<(), Error> {
+        if self.is_adequate() {
+            self.watch.stage(stages::CLOSE);
+            self.finish_close()?;
+            self.watch.stage(stages::EXTENSIONS);
+            self.extend_leader()?;
+        }
+        Ok(())
     }
 
     /// While nothing is adequate: other starts, and the best to its end.
@@ -432,15 +453,20 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs of which neither is adequate alone: on beginnings of the segments first, and where nothing is found there on whole ones,
-    /// formed with the best single effects of the catalogue. What imitates much leads last, and only
+    /// Pairs of which neither is adequate alone, on beginnings of the segments.
+    fn pair_on_beginnings(&mut self) -> Result<(), Error> {
+        let (screen, watch) = (self.screen, self.watch);
+        let found = lengthening::search(screen, &self.list, &self.race, watch)?;
+        let (singles, pairs): (Vec<_>, Vec<_>) =
+            found.into_iter().partition(|m| m.choices.len() == 1);
+        screen.keep_better(&mut self.singles, singles);
+        screen.keep_better(&mut self.pairs, pairs);
+        Ok(())
+    }
+
+    /// The same on whole segments, formed with the best single effects of the catalogue. What imitates much leads last, and only
     /// where it is the best of all: values of its own along each run, and effects of the library.
     fn pair(&mut self) -> Result<(), Error> {
-        let found = lengthening::search(self.screen, &self.list, &self.race, self.watch)?;
-        self.screen.keep_better(&mut self.pairs, found);
-        if pairs::explains(self.screen, self.pairs.first_mut())? {
-            return Ok(());
-        }
         let imitates = |single: &&FittedModel| {
             single.is_local() || adds_library_effect(self.problem, &single.choices)
         };
@@ -451,6 +477,11 @@ impl Exploration<'_> {
         self.screen.keep_better(&mut self.pairs, found.pairs);
         self.untried = found.untried;
         Ok(())
+    }
+
+    /// Whether a pair explains the data, as [`pairs::explains`] has it.
+    fn pair_explains(&mut self) -> Result<bool, Error> {
+        pairs::explains(self.screen, self.pairs.first_mut())
     }
 
     /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come
