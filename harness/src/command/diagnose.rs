@@ -396,10 +396,14 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
         "candidates, best first", "gain", "probability", "fit/noise"
     );
     for candidate in diagnosis.candidates.iter().take(8) {
+        let fitted = match candidate.passed_over {
+            true => format!("{} (first look)", candidate.id),
+            false => candidate.id.clone(),
+        };
         let _ = writeln!(
             out,
             "{:<48} {:>10.1} {:>12} {:>10.2}",
-            candidate.id,
+            fitted,
             candidate.score,
             likely(candidate.probability),
             candidate.fit_over_noise

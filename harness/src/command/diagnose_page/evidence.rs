@@ -24,6 +24,7 @@ pub fn section(page: Page, material: &Material) -> Page {
     let page = page.section(super::SECTIONS[3]).paragraph(&format!(
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
          Its gain is that of the evidence (natural logarithm, nats) over the calibrated model: how much better the data fit, less the price of all that it may choose. \
+         A first look ends after a few steps, since others came nearer to the data. \
          A gain of {:.1} makes up for the prior odds of one kind among all; a name is given only if the error also comes down to the noise.",
         material.selection.threshold
     ));
@@ -64,7 +65,7 @@ fn ranking<'a>(material: &'a Material) -> Vec<Entry<'a>> {
     all
 }
 
-/// The hypothesis' name with the settings by which its forms differ.
+/// The hypothesis' name with the settings by which its forms differ, and whether it was fitted to its end.
 fn label(material: &Material, model: &FittedModel) -> String {
     let settings: Vec<String> = model
         .choices
@@ -76,11 +77,15 @@ fn label(material: &Material, model: &FittedModel) -> String {
                 .map(|(i, v)| format!("{} {}", card.parameters[*i].name, number(*v, 3)))
         })
         .collect();
+    let marks: Vec<String> = settings
+        .into_iter()
+        .chain(model.is_passed_over.then(|| "first look".to_owned()))
+        .collect();
     let name = name(material.problem, &model.choices);
-    if settings.is_empty() {
+    if marks.is_empty() {
         name
     } else {
-        format!("{name} ({})", settings.join(", "))
+        format!("{name} ({})", marks.join(", "))
     }
 }
 

@@ -534,6 +534,7 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
             .map(|(k, u)| (k.name.clone(), k.value(*u)))
             .collect(),
         fitted: true,
+        passed_over: c.is_passed_over,
         detection_limit: None,
     });
     let not_fitted = selection.tested.iter().zip(of_tested);
@@ -552,6 +553,7 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
             free_values: beside.size(),
             parameters: BTreeMap::new(),
             fitted: false,
+            passed_over: false,
             detection_limit: t.detection_limit,
         })
     });

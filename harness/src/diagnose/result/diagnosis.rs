@@ -120,6 +120,9 @@ pub struct Standing {
     pub parameters: BTreeMap<String, f64>,
     /// Whether it was fitted; a score test beside an adequate hypothesis tells of the others that no fit could change the verdict.
     pub fitted: bool,
+    /// Whether the search passed it over after a few steps, since others had come nearer to the data: it might come somewhat nearer too.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub passed_over: bool,
     /// Strength at which it would be named with even odds, in the unit of the parameter that switches it on; where a score test tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_limit: Option<f64>,

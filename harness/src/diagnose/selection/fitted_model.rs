@@ -42,6 +42,8 @@ pub struct FittedModel {
     pub full_refit: Option<FittedHypothesis>,
     /// Whether that fit showed it to be wrong.
     pub is_refuted: bool,
+    /// Whether the search passed it over after first looks at it ([`super::race`]): it stands where the best of these brought it.
+    pub is_passed_over: bool,
     /// Logarithm of its posterior, up to what is the same for all, nats; NaN before it was worked out.
     pub log_posterior: f64,
 }
@@ -67,6 +69,7 @@ impl FittedModel {
             samples: segments.iter().map(|s| s.count as f64).sum::<f64>() / STRIDE as f64,
             full_refit: None,
             is_refuted: false,
+            is_passed_over: false,
             log_posterior: f64::NAN,
         })
     }

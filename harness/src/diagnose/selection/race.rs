@@ -146,6 +146,9 @@ impl<'a> Race<'a> {
         let screen = self.screen;
         let (problem, base) = (screen.problem, &self.base.fitted);
         let fitted = multistart::passed_over(problem, choices, &screen.segments, base, looks)?;
-        screen.model(choices.clone(), fitted)
+        Ok(FittedModel {
+            is_passed_over: true,
+            ..screen.model(choices.clone(), fitted)?
+        })
     }
 }

@@ -313,7 +313,10 @@ impl<'a> Screen<'a> {
             let choices = &models[i].choices;
             let fitted =
                 multistart::from_nested(self.problem, choices, &self.segments, &base.fitted)?;
-            self.model(choices.clone(), fitted)
+            Ok(FittedModel {
+                is_passed_over: models[i].is_passed_over,
+                ..self.model(choices.clone(), fitted)?
+            })
         })?;
         for (i, new) in above.into_iter().zip(again) {
             if new.fitted.fit.misfit < models[i].fitted.fit.misfit {
