@@ -1,8 +1,8 @@
 //! The search over the lattice of hypotheses: none, one or two effects or terms, the best fit of each kept.
 //!
-//! Single hypotheses are all fitted, briefly first and harder while none is adequate (down to the noise). Beside an
-//! adequate one a score test tells which second effects can change the verdict; where none is adequate, pairs are formed
-//! with the best.
+//! Single hypotheses race: the best are fitted, harder while none is adequate (down to the noise). Beside an adequate one a score
+//! test tells which second effects can change the verdict. Where none is adequate, pairs are searched for on beginnings of the
+//! segments; the other single hypotheses, and pairs on whole segments, follow where that brings no answer.
 
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::is_testable;
@@ -127,11 +127,11 @@ pub(crate) fn explore<'a>(
         found.compare_adequate()?;
     }
     if !found.is_adequate() && !found.pair_explains()? {
-        watch.stage(stages::FURTHER);
+        watch.stage(stages::PASSED_OVER);
         found.follow_the_rest()?;
         found.compare_adequate()?;
         if !found.is_adequate() && !problem.place_is_told() {
-            watch.stage(stages::PAIRS);
+            watch.stage(stages::PAIRS_FURTHER);
             found.pair()?;
         }
     }
@@ -179,7 +179,7 @@ impl Exploration<'_> {
         self.restart()
     }
 
-    /// What was only looked at.
+    /// What was passed over, followed too.
     fn follow_the_rest(&mut self) -> Result<(), Error> {
         let more = self.race.run_on(self.watch)?;
         self.screen.keep_better(&mut self.singles, more);
