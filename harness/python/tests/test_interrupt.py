@@ -21,7 +21,12 @@ except KeyboardInterrupt:
 @pytest.mark.skipif(os.name != "posix", reason="signals of a console differ elsewhere")
 def test_ctrl_c_ends_a_diagnosis_and_keeps_what_was_fitted(demo, tmp_path):
     line = [sys.executable, "-c", PROGRAM, str(demo.folder), str(tmp_path / "out")]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as program:
+    # A shell starts background jobs with SIGINT ignored, which a program inherits.
+    def heeds_ctrl_c():
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    pipe = subprocess.PIPE
+    with subprocess.Popen(line, stdout=pipe, text=True, preexec_fn=heeds_ctrl_c) as program:
         # A search of the candidates has begun.
         for said in program.stdout:
             if "of" in said:
