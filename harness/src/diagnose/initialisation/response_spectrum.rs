@@ -6,6 +6,9 @@
 //! fine spectrum: per run r, `gain(f) = b_r' M_r^-1 b_r / 2` with the segments' normal equations turned by
 //! their phases (a generalised Lomb-Scargle periodogram through the model).
 //!
+//! What the start state of a segment explains, and the values of a profile along the belt within it, is projected out; each of these
+//! values with what is believed of it, as a row more: what they have taken of the line is missed there.
+//!
 //! A fine grid of a long segment would cost the square of its length. Fast lines are therefore looked for in the first
 //! [`MOST_PERIODS`] periods of each segment, so that a grid costs as many motions of a segment however long it is.
 
@@ -105,15 +108,15 @@ pub fn lines(
     };
     let mut probe = point.clone();
     // Weak enough to be linear.
-    probe.shared[a] = 0.05 * effect.parameters[amplitude].typical;
+    probe.shared[a] = 0.001 * effect.parameters[amplitude].typical;
     let strength = probe.shared[a];
     let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.segments.len())
         .map(|k| baseline(simulator, data, point, a, k, stride))
         .collect();
-    let changes: Vec<Option<DMatrix<f64>>> = (0..data.segments.len())
+    let changes: Vec<Option<Changes>> = (0..data.segments.len())
         .map(|k| {
             let (y, _) = base[k].as_ref()?;
-            changes_of_start(simulator, h, data, point, a, k, stride, y)
+            changes(simulator, h, data, point, a, k, stride, y)
         })
         .collect();
     let mut found: Vec<Line> = Vec::new();
@@ -141,6 +144,7 @@ pub fn lines(
             let used = parts.used[k];
             let samples = Samples::of(used, stride);
             let (y, residual) = (&y[..samples.count], &residual[..samples.count]);
+            let beliefs = changes[k].as_ref().map_or(&[][..], |c| &c.beliefs);
             let mut columns = Vec::new();
             for angle in [0.0, -0.25 * TAU] {
                 probe.per_run[segment.run][p] = angle;
@@ -149,9 +153,11 @@ pub fn lines(
                     .predict(segment, probe.values(k, segment.run), samples, &mut out)
                     .is_ok_and(|done| done)
                 {
+                    let change = out.iter().zip(y).map(|(b, a)| (b - a) / strength);
+                    let believed = beliefs.iter().map(|_| 0.0);
                     columns.push(DVector::from_iterator(
-                        y.len(),
-                        out.iter().zip(y).map(|(b, a)| (b - a) / strength),
+                        y.len() + beliefs.len(),
+                        change.chain(believed),
                     ));
                 }
             }
@@ -162,7 +168,11 @@ pub fn lines(
                 .iter()
                 .map(|c| c - remove * (remove.tr_mul(c)))
                 .collect();
-            let r = DVector::from_column_slice(residual);
+            let believed = beliefs.iter().map(|b| b.residual);
+            let r = DVector::from_iterator(
+                residual.len() + beliefs.len(),
+                residual.iter().copied().chain(believed),
+            );
             let r = &r - remove * remove.tr_mul(&r);
             let noise = data.noise[segment.run];
             let weight = 1.0 / (noise * noise).max(r.norm_squared() / r.len() as f64);
@@ -232,13 +242,13 @@ struct Parts<'a> {
     segments: &'a [Segment],
     argument: Argument,
     stride: usize,
-    /// What start state and level change, in each segment as a whole.
-    changes: &'a [Option<DMatrix<f64>>],
+    /// What is projected out, in each segment as a whole.
+    changes: &'a [Option<Changes>],
     /// Longest part in s or m.
     widest: f64,
     /// Samples of each segment in its part.
     used: Vec<usize>,
-    /// Orthonormal basis of what the start state explains of each part.
+    /// Orthonormal basis of that in each part, with a row for each belief.
     bases: Vec<Option<DMatrix<f64>>>,
 }
 
@@ -249,7 +259,7 @@ impl<'a> Parts<'a> {
         argument: Argument,
         widest: f64,
         stride: usize,
-        changes: &'a [Option<DMatrix<f64>>],
+        changes: &'a [Option<Changes>],
     ) -> Self {
         let mut parts = Self {
             segments,
@@ -285,9 +295,9 @@ impl<'a> Parts<'a> {
     }
 
     fn project(&mut self) {
-        let of_part = |(changes, used): (&Option<DMatrix<f64>>, &usize)| {
+        let of_part = |(changes, used): (&Option<Changes>, &usize)| {
             let rows = Samples::of(*used, self.stride).count;
-            let part = changes.as_ref()?.rows(0, rows).into_owned();
+            let part = changes.as_ref()?.of_first(rows);
             let gram = part.tr_mul(&part);
             scaled_inverse(&gram, 1e-9)?;
             Some(part.qr().q())
@@ -354,9 +364,36 @@ fn baseline(
     Some((out, residual))
 }
 
-/// How the prediction changes with the start state: samples x directions.
+/// What is believed of a value along the belt, as a row of the residual: what the row leaves, in m, and what it weighs, m per unit.
+struct Belief {
+    residual: f64,
+    weight: f64,
+}
+
+/// What is projected out of a segment.
+struct Changes {
+    /// How the prediction changes with start state and values along the belt: samples x (directions + values).
+    matrix: DMatrix<f64>,
+    /// Of the values along the belt.
+    beliefs: Vec<Belief>,
+}
+
+impl Changes {
+    /// The first rows, with one for each belief.
+    fn of_first(&self, rows: usize) -> DMatrix<f64> {
+        let (columns, beliefs) = (self.matrix.ncols(), self.beliefs.len());
+        let mut part = self.matrix.rows(0, rows).into_owned();
+        part = part.insert_rows(rows, beliefs, 0.0);
+        for (i, belief) in self.beliefs.iter().enumerate() {
+            part[(rows + i, columns - beliefs + i)] = belief.weight;
+        }
+        part
+    }
+}
+
+/// What is projected out of segment `k`, whose prediction is `y`.
 #[allow(clippy::too_many_arguments)]
-fn changes_of_start(
+fn changes(
     simulator: &mut dyn Simulator,
     h: &Hypothesis,
     data: &Observations,
@@ -365,35 +402,54 @@ fn changes_of_start(
     k: usize,
     stride: usize,
     y: &[f64],
-) -> Option<DMatrix<f64>> {
+) -> Option<Changes> {
     let segment = &data.segments[k];
-    let list = directions(h, point.stuck[k]);
     let mut shared = point.shared.clone();
     shared[a] = 0.0;
-    let mut matrix = DMatrix::zeros(y.len(), list.len());
-    for (c, &i) in list.iter().enumerate() {
+    let own = &point.per_run[segment.run];
+    let mut column = |state: &[f64], own: &[f64], step: f64| -> Option<Vec<f64>> {
+        let mut out = Vec::new();
+        let values = SegmentValues {
+            shared: &shared,
+            state,
+            per_run: own,
+            ..point.values(k, segment.run)
+        };
+        let samples = Samples::of(segment.time.len(), stride);
+        let done = simulator.predict(segment, values, samples, &mut out);
+        done.ok().filter(|done| *done)?;
+        Some(out.iter().zip(y).map(|(b, a)| (b - a) / step).collect())
+    };
+    let mut columns = Vec::new();
+    for i in directions(h, point.stuck[k]) {
         let mut state = point.states[k].clone();
         let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
         state[i] += step;
-        let mut out = Vec::new();
-        simulator
-            .predict(
-                segment,
-                SegmentValues {
-                    shared: &shared,
-                    state: &state,
-                    ..point.values(k, segment.run)
-                },
-                Samples::of(segment.time.len(), stride),
-                &mut out,
-            )
-            .ok()
-            .filter(|done| *done)?;
-        for (row, (b, a)) in out.iter().zip(y).enumerate() {
-            matrix[(row, c)] = (b - a) / step;
-        }
+        columns.push(column(&state, own, step)?);
     }
-    Some(matrix)
+    let mut beliefs = Vec::new();
+    let (from, to) = (
+        segment.travel.min(segment.travel_end),
+        segment.travel.max(segment.travel_end),
+    );
+    for (i, parameter) in h.per_run[segment.run].iter().enumerate() {
+        if !parameter
+            .support
+            .is_some_and(|(low, high)| low < to && from < high)
+        {
+            continue;
+        }
+        let mut moved = own.clone();
+        moved[i] += 0.01 * parameter.step;
+        columns.push(column(&point.states[k], &moved, 0.01 * parameter.step)?);
+        let weight = data.noise[segment.run] / parameter.prior_std;
+        beliefs.push(Belief {
+            residual: weight * (parameter.prior - own[i]),
+            weight,
+        });
+    }
+    let matrix = DMatrix::from_fn(y.len(), columns.len(), |row, c| columns[c][row]);
+    Some(Changes { matrix, beliefs })
 }
 
 /// Gain, amplitude and phases at a frequency shifted by `shift` from the grid's.
@@ -450,4 +506,41 @@ fn insert(found: &mut Vec<Line>, line: Line, most: usize, apart: f64, is_length:
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.truncate(most);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_what_is_projected_out_is_what_beliefs_leave_to_the_values() {
+        // Source: least squares of start state and value with the belief as a penalty, by their normal equations.
+        let matrix =
+            DMatrix::from_row_slice(5, 2, &[1.0, 0.0, 1.0, 0.5, 1.0, 1.5, 1.0, 0.2, 9.0, 9.0]);
+        let (weight, believed) = (0.7, -0.4);
+        let changes = Changes {
+            matrix: matrix.clone(),
+            beliefs: vec![Belief {
+                residual: weight * believed,
+                weight,
+            }],
+        };
+        let residual = [0.3, -1.0, 2.0, 0.6];
+        let part = changes.of_first(4);
+        assert_eq!(part.shape(), (5, 2));
+        let basis = part.qr().q();
+        let r = DVector::from_row_slice(&[0.3, -1.0, 2.0, 0.6, weight * believed]);
+        let left = (&r - &basis * basis.tr_mul(&r)).norm_squared();
+
+        let a = matrix.rows(0, 4).into_owned();
+        let y = DVector::from_row_slice(&residual);
+        let mut normal = a.tr_mul(&a);
+        normal[(1, 1)] += weight * weight;
+        let mut right = a.tr_mul(&y);
+        right[1] += weight * weight * believed;
+        let x = normal.lu().solve(&right).expect("regular");
+        let penalty = (weight * (believed - x[1])).powi(2);
+        let expected = (y - a * &x).norm_squared() + penalty;
+        assert!((left - expected).abs() < 1e-12, "{left} {expected}");
+    }
 }
