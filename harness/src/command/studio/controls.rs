@@ -80,10 +80,7 @@ pub fn controls(problem: &Problem) -> Result<Controls, Error> {
 
 fn switch(problem: &Problem, effect: usize) -> Result<Switch, Error> {
     let card: &EffectCard = &problem.catalogue[effect];
-    let choice = Choice {
-        effect,
-        settings: Vec::new(),
-    };
+    let choice = Choice::of(effect);
     let h = problem.hypothesis(&[choice])?;
     let prefix = format!("{}.", card.id);
     let is_own = |p: &&Parameter| p.name.starts_with(&prefix);

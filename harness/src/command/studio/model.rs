@@ -58,8 +58,8 @@ fn choices(problem: &Problem, draft: &Draft) -> Result<Vec<Choice>, Error> {
         };
         let settings: Result<Vec<(usize, f64)>, Error> = values.iter().map(setting).collect();
         Ok(Choice {
-            effect,
             settings: settings?,
+            ..Choice::of(effect)
         })
     };
     let found: Result<Vec<Choice>, Error> = draft.effects.iter().map(of).collect();

@@ -110,10 +110,7 @@ fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
     };
     let plain = both(&[])?;
     parallel(&effects, |&effect| {
-        let choice = Choice {
-            effect,
-            settings: Vec::new(),
-        };
+        let choice = Choice::of(effect);
         let with = both(&[choice])?;
         let largest = |of: usize, i: usize| -> f64 {
             let pairs = plain[of][i].iter().zip(&with[of][i]);
@@ -149,10 +146,7 @@ fn acting(problem: &Problem) -> Result<Vec<bool>, Error> {
     let all: Vec<usize> = (0..problem.segments.len()).collect();
     let plain = motions(problem, &[], &problem.references, &all)?;
     parallel(&effects, |&effect| {
-        let choice = Choice {
-            effect,
-            settings: Vec::new(),
-        };
+        let choice = Choice::of(effect);
         let with = motions(problem, &[choice], &problem.references, &all)?;
         let differs = |(k, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let noise = problem.noise[problem.segments[k].run];

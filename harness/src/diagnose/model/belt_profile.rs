@@ -10,8 +10,8 @@ const NODES: usize = 32;
 /// ... and more where the break-aways are so many that each node has so many of them.
 const EVENTS_A_NODE: usize = 2;
 
-/// Standard deviation of the belief in a node's value (1) where the break-aways do not tell it.
-const NODE_STD: f64 = 0.2;
+/// Standard deviation of the belief in a node's value (1) where neither the break-aways nor the data have told it.
+pub(crate) const NODE_STD: f64 = 0.2;
 
 /// How much surer the map of the break-aways is of a node than of the next break-away: it is a mean over several.
 const SURER: f64 = 3.0;
@@ -29,9 +29,10 @@ pub struct Track {
     pub place_is_told: bool,
 }
 
-/// Gives each run the nodes of a profile over the belt travel that it covers.
+/// Gives each run the nodes of a profile over the belt travel that it covers, believed to spread by `node_std` where that is known.
 pub(crate) fn add_profile(
     effect: &EffectCard,
+    node_std: Option<f64>,
     tracks: &[Track],
     per_run: &mut [Vec<Parameter>],
 ) -> Result<(), Error> {
@@ -87,7 +88,7 @@ pub(crate) fn add_profile(
                 targets: vec![(node.reference, 1.0)],
                 scale: Scale::Linear,
                 prior: map.map_or(0.0, |m| m.at(at)),
-                prior_std: map.map_or(NODE_STD, |m| m.error / SURER),
+                prior_std: map.map_or(node_std.unwrap_or(NODE_STD), |m| m.error / SURER),
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,

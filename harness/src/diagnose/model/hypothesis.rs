@@ -14,12 +14,32 @@ use crate::observer::{Mode, Structure};
 use serde::Serialize;
 
 /// An effect chosen, with the values of its settings.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Choice {
     /// Index in the FMU's list of effects.
     pub effect: usize,
     /// Setting values: parameter index and value.
     pub settings: Vec<(usize, f64)>,
+    /// Standard deviation of the values along the belt, for the effect that has such, as the data have told it; `None` before that.
+    pub node_std: Option<f64>,
+}
+
+impl Choice {
+    /// An effect with no setting.
+    pub fn of(effect: usize) -> Self {
+        Self {
+            effect,
+            settings: Vec::new(),
+            node_std: None,
+        }
+    }
+}
+
+/// What is believed of the values along the belt is no part of what is chosen: it is found like a parameter.
+impl PartialEq for Choice {
+    fn eq(&self, other: &Self) -> bool {
+        self.effect == other.effect && self.settings == other.settings
+    }
 }
 
 /// Value references of the FMU's variables that every hypothesis needs.
@@ -412,7 +432,7 @@ impl Hypothesis {
             if is_unknown_function(&effect.id) {
                 shared.extend(latent(effect));
             }
-            add_profile(effect, tracks, &mut per_run)?;
+            add_profile(effect, choice.node_std, tracks, &mut per_run)?;
         }
         Ok(Self {
             choices: choices.to_vec(),

@@ -17,14 +17,11 @@ pub fn variants(problem: &Problem, effect: usize) -> Vec<Choice> {
     match switch {
         Some(index) if !is_profile => (0..2)
             .map(|v| Choice {
-                effect,
                 settings: vec![(index, f64::from(v))],
+                ..Choice::of(effect)
             })
             .collect(),
-        _ => vec![Choice {
-            effect,
-            settings: Vec::new(),
-        }],
+        _ => vec![Choice::of(effect)],
     }
 }
 

@@ -101,10 +101,7 @@ pub fn fit(
         let Some(effect) = problem.catalogue.iter().position(|c| c.id == formula.id) else {
             return Ok(None);
         };
-        let choices = [Choice {
-            effect,
-            settings: Vec::new(),
-        }];
+        let choices = [Choice::of(effect)];
         let h = problem.hypothesis(&choices)?;
         let start = widen(&curve.fitted, &h, &Point::centre(&h, &screen.segments));
         let there = screen.fitted_from(&choices, formula.put(&h, start))?;

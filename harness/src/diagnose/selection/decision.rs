@@ -61,13 +61,18 @@ pub(crate) fn decide(
             return Ok(Some(simplest(models, best)));
         }
         let close = models[best].log_posterior - CLOSE;
-        let mut finalists: Vec<usize> = (0..models.len())
-            .filter(|&i| models[i].reaches_floor())
-            .filter(|&i| i == best || models[i].log_posterior > close)
-            .collect();
+        let adequate = (0..models.len()).filter(|&i| models[i].reaches_floor());
+        // What was fitted to all segments already is compared on these: a third of them may tell otherwise.
+        let (known, mut finalists): (Vec<usize>, Vec<usize>) = adequate
+            .filter(|&i| {
+                let is_close = models[i].log_posterior > close;
+                i == best || is_close || models[i].full_refit.is_some()
+            })
+            .partition(|&i| i != best && models[i].full_refit.is_some());
         let posterior = |i: &usize| models[*i].log_posterior;
         finalists.sort_by(|a, b| posterior(b).total_cmp(&posterior(a)));
         finalists.truncate(FINALISTS);
+        finalists.extend(known);
         // A part of the best may have ended in a worse minimum: what the best is worth beyond it shows from the best's own optimum.
         let parts = (0..models.len()).filter(|&i| models[i].reaches_floor());
         let parts = parts.filter(|i| !finalists.contains(i) && is_part(models[*i], models[best]));

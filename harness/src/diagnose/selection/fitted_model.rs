@@ -139,6 +139,16 @@ impl FittedModel {
         self.compare(other).is_lt()
     }
 
+    /// Whether it is the better of two fits of one hypothesis: on all segments where both were fitted to them.
+    pub fn is_better_fit(&self, other: &FittedModel) -> bool {
+        match (&self.full_refit, &other.full_refit) {
+            (Some(mine), Some(theirs)) if self.reaches_floor() == other.reaches_floor() => {
+                mine.fit.log_evidence > theirs.fit.log_evidence
+            }
+            _ => self.is_before(other),
+        }
+    }
+
     /// The order of a search.
     pub fn compare(&self, other: &FittedModel) -> std::cmp::Ordering {
         let (mine, theirs) = (self.rank(), other.rank());

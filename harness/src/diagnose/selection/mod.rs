@@ -9,6 +9,7 @@ pub mod full_refit;
 pub mod lengthening;
 pub mod lost_runs;
 pub mod next_measurement;
+pub mod node_spread;
 pub mod pairs;
 pub mod race;
 pub mod retries;

@@ -210,7 +210,7 @@ impl<'a> Screen<'a> {
     pub fn keep_better(&self, models: &mut Vec<FittedModel>, others: Vec<FittedModel>) {
         for other in others {
             match models.iter_mut().find(|c| c.choices == other.choices) {
-                Some(mine) if other.is_before(mine) => *mine = other,
+                Some(mine) if other.is_better_fit(mine) => *mine = other,
                 Some(_) => {}
                 None => models.push(other),
             }

@@ -135,6 +135,7 @@ pub(crate) fn explore<'a>(
             found.pair()?;
         }
     }
+    found.spread_nodes()?;
     found.refit_halves()?;
     found.other_forms_of_pair()?;
     // What of the library promised little comes after two known effects, what has no name after all that has one.
@@ -207,12 +208,26 @@ impl Exploration<'_> {
         Ok(())
     }
 
+    /// Values along the belt of what is adequate, with the spread that the data tell. What was fitted to all segments has that of the
+    /// leader that it extends.
+    fn spread_nodes(&mut self) -> Result<(), Error> {
+        let all = self.singles.iter_mut().chain(&mut self.pairs);
+        let is_open = |m: &&mut FittedModel| m.full_refit.is_none() && m.reaches_floor();
+        for model in all.filter(|m| m.is_local()).filter(is_open) {
+            *model = self.screen.with_told_spread(model)?;
+        }
+        self.screen.sort(&mut self.singles);
+        self.screen.sort(&mut self.pairs);
+        Ok(())
+    }
+
     /// Fits the hypotheses whose evidence is close to the best to their end, so that they compare, and the forms of the best
     /// from each other.
     fn finish_close(&mut self) -> Result<(), Error> {
         if self.watch.stop() {
             return Ok(());
         }
+        self.spread_nodes()?;
         self.screen.compare_forms(&mut self.singles)?;
         let smaller = &self.calibrated;
         let jobs: Vec<Vec<Choice>> = self.singles.iter().map(|c| c.choices.clone()).collect();
@@ -300,9 +315,11 @@ impl Exploration<'_> {
             let leader = leader.clone();
             self.tested = found.tested;
             let hidden = self.hidden(found.untested, &leader)?;
+            let beside_partners = self.beside_partners(&found.fitted, &leader)?;
             if !leader.choices.is_empty() {
                 self.screen.keep_better(&mut self.pairs, found.fitted);
                 self.screen.keep_better(&mut self.pairs, hidden);
+                self.screen.keep_better(&mut self.pairs, beside_partners);
                 return Ok(());
             }
             self.screen.keep_better(&mut self.singles, found.fitted);
@@ -310,6 +327,35 @@ impl Exploration<'_> {
             extended = Some(leader.choices);
         }
         Ok(())
+    }
+
+    /// Pairs beside a leader with values along the belt, again from where the other effect is alone. The values have taken its place,
+    /// and the way back is a valley so narrow and bent that no fit gets along it; beside the other effect they find theirs.
+    fn beside_partners(
+        &self,
+        pairs: &[FittedModel],
+        leader: &FittedModel,
+    ) -> Result<Vec<FittedModel>, Error> {
+        if !leader.is_local() {
+            return Ok(Vec::new());
+        }
+        let found = parallel(pairs, |pair| {
+            let (new, old) = pair.choices.split_last().expect("two effects");
+            let mut singles = self.singles.iter();
+            let Some(partner) = singles.find(|s| s.choices.first() == Some(new)) else {
+                return Ok(None);
+            };
+            let job: Vec<Choice> = std::iter::once(new).chain(old).cloned().collect();
+            let found = self.screen.compete(&[job], partner, THOROUGH, self.watch)?;
+            let Some(found) = found.first() else {
+                return Ok(None);
+            };
+            let found = self.screen.reordered(found, &pair.choices)?;
+            let mut found = self.screen.to_its_end(&found)?;
+            full_refit::stands(self.problem, &mut found)?;
+            Ok(Some(found))
+        })?;
+        Ok(found.into_iter().flatten().collect())
     }
 
     /// Searches near a leader that looks adequate for effects more that were not found yet.
@@ -323,7 +369,22 @@ impl Exploration<'_> {
             known.all(|model| model.choices != *choices)
         };
         jobs.retain(is_new);
-        self.screen.compete(&jobs, leader, HIDDEN, self.watch)
+        let mut found = self.screen.compete(&jobs, leader, HIDDEN, self.watch)?;
+        self.end_adequate(&mut found)?;
+        Ok(found)
+    }
+
+    /// Fits the best of what is adequate to its end: the leader beside which it was found stands there, and what does not would lose by
+    /// that alone.
+    fn end_adequate(&self, found: &mut Vec<FittedModel>) -> Result<(), Error> {
+        let adequate = found.iter().filter(|model| model.reaches_floor());
+        let adequate: Vec<&FittedModel> = adequate.take(FINISHED).collect();
+        let ended = parallel(&adequate, |model| {
+            let model = self.screen.to_its_end(model)?;
+            self.screen.with_told_spread(&model)
+        })?;
+        self.screen.keep_better(found, ended);
+        Ok(())
     }
 
     /// Searches for a further effect beside a leader that looks adequate, where a score test on the segments compared promises enough on
@@ -350,6 +411,7 @@ impl Exploration<'_> {
             self.screen.keep_better(&mut self.singles, found);
             return Ok(false);
         }
+        self.end_adequate(&mut found)?;
         self.screen.keep_better(&mut self.pairs, found);
         let best = self.pairs.first().filter(|pair| pair.reaches_floor());
         Ok(best.is_some_and(|pair| {
