@@ -558,7 +558,11 @@ fn standings(problem: &Problem, selection: &Selection) -> Vec<Standing> {
         })
     });
     let mut standings: Vec<Standing> = fitted.chain(not_fitted).collect();
-    standings.sort_by(|a, b| b.score.total_cmp(&a.score));
+    // What is compared on all segments may stand in another order on those of the scores.
+    standings.sort_by(|a, b| {
+        let by_probability = b.probability.total_cmp(&a.probability);
+        by_probability.then(b.score.total_cmp(&a.score))
+    });
     standings
 }
 
