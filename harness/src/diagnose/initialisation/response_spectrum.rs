@@ -440,8 +440,10 @@ fn changes(
             continue;
         }
         let mut moved = own.clone();
-        moved[i] += 0.01 * parameter.step;
-        columns.push(column(&point.states[k], &moved, 0.01 * parameter.step)?);
+        // Linear too, beside values that move the prediction by hundreds of times the noise.
+        let step = 0.01 * parameter.step;
+        moved[i] += step;
+        columns.push(column(&point.states[k], &moved, step)?);
         let weight = data.noise[segment.run] / parameter.prior_std;
         beliefs.push(Belief {
             residual: weight * (parameter.prior - own[i]),

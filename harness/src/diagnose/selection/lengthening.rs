@@ -16,7 +16,7 @@ use crate::diagnose::initialisation::search_options::{
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
-use crate::diagnose::selection::race::{BATCH, Entrant, Race, first_looks};
+use crate::diagnose::selection::race::{BATCH, Entrant, FOLLOWED, Race, first_looks};
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -161,7 +161,7 @@ impl Beginnings<'_> {
     /// What looks best, fitted further: the best eight at this length, the best four of these at each longer one. On whole segments, best
     /// first.
     fn to_the_end(&self, entrants: &[Entrant], length: usize) -> Result<Vec<FittedModel>, Error> {
-        let best = starts(entrants, 2 * BATCH, 1);
+        let best = starts(entrants, FOLLOWED, 1);
         let mut kept = parallel(&best, |(choices, look)| {
             self.fitted(choices, &look.point, length, refitting(POLISH))
         })?;

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Hypotheses that are followed at a time: two for each of two cores. What was missing looked best of all in every campaign tried.
 pub(crate) const BATCH: usize = 4;
 /// Hypotheses that are followed before others are tried, pairs of them above all.
-const FOLLOWED: usize = 2 * BATCH;
+pub(crate) const FOLLOWED: usize = 2 * BATCH;
 
 /// A hypothesis, and first looks at it.
 pub(crate) type Entrant = (Vec<Choice>, FirstLooks);

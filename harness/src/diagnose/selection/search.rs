@@ -211,6 +211,9 @@ impl Exploration<'_> {
     /// Values along the belt of what is adequate, with the spread that the data tell. What was fitted to all segments has that of the
     /// leader that it extends.
     fn spread_nodes(&mut self) -> Result<(), Error> {
+        if self.watch.stop() {
+            return Ok(());
+        }
         let all = self.singles.iter_mut().chain(&mut self.pairs);
         let is_open = |m: &&mut FittedModel| m.full_refit.is_none() && m.reaches_floor();
         for model in all.filter(|m| m.is_local()).filter(is_open) {
