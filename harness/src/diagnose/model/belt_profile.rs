@@ -29,10 +29,10 @@ pub struct Track {
     pub place_is_told: bool,
 }
 
-/// Gives each run the nodes of a profile over the belt travel that it covers, believed to spread by `node_std` where that is known.
+/// Gives each run the nodes of a profile over the belt travel that it covers, believed to spread by `node_std` where the break-aways do not tell them.
 pub(crate) fn add_profile(
     effect: &EffectCard,
-    node_std: Option<f64>,
+    node_std: f64,
     tracks: &[Track],
     per_run: &mut [Vec<Parameter>],
 ) -> Result<(), Error> {
@@ -88,7 +88,7 @@ pub(crate) fn add_profile(
                 targets: vec![(node.reference, 1.0)],
                 scale: Scale::Linear,
                 prior: map.map_or(0.0, |m| m.at(at)),
-                prior_std: map.map_or(node_std.unwrap_or(NODE_STD), |m| m.error / SURER),
+                prior_std: map.map_or(node_std, |m| m.error / SURER),
                 min: -0.9,
                 max: 2.0,
                 step: 1e-3,

@@ -1,7 +1,7 @@
 //! A hypothesis: the reference model plus some effects, with everything that may be turned.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::model::belt_profile::{Track, add_profile};
+use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile};
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
@@ -20,8 +20,8 @@ pub struct Choice {
     pub effect: usize,
     /// Setting values: parameter index and value.
     pub settings: Vec<(usize, f64)>,
-    /// Standard deviation of the values along the belt, for the effect that has such, as the data have told it; `None` before that.
-    pub node_std: Option<f64>,
+    /// Standard deviation of the belief in each value along the belt, for the effect that has such.
+    pub node_std: f64,
 }
 
 impl Choice {
@@ -30,7 +30,7 @@ impl Choice {
         Self {
             effect,
             settings: Vec::new(),
-            node_std: None,
+            node_std: NODE_STD,
         }
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! It is halved while that rises. Source: MacKay, Neural Computation 4 (1992) 415, sect. 4 (evidence for a regulariser).
 
-use crate::diagnose::model::belt_profile::{NODE_STD, is_profile};
+use crate::diagnose::model::belt_profile::is_profile;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
@@ -34,8 +34,7 @@ impl Screen<'_> {
         }
         loop {
             let mut choices = best.choices.clone();
-            let std = choices[place].node_std.unwrap_or(NODE_STD);
-            choices[place].node_std = Some(0.5 * std);
+            choices[place].node_std *= 0.5;
             let start = best.fitted.fit.point.clone();
             let new = self.continued(&choices, start, refitting(RETRY))?;
             if !new.reaches_floor() || new.score() >= best.score() {
