@@ -6,7 +6,7 @@ use stickslip_tests::exchange::STATES;
 use stickslip_tests::slave::{ERROR, OK, Slave};
 use stickslip_tests::variables::{XML, reference};
 
-const UNKNOWNS: [&str; 9] = [
+const UNKNOWNS: [&str; 11] = [
     "tip_displacement",
     "tip_velocity",
     "tip_acceleration",
@@ -14,6 +14,8 @@ const UNKNOWNS: [&str; 9] = [
     "relative_velocity",
     "power_into_beam",
     "measured_displacement",
+    "measured_velocity",
+    "measured_acceleration",
     "belt_travel",
     "der(q_dot[1])",
 ];
@@ -126,7 +128,8 @@ fn read(slave: &Slave) -> Vec<f64> {
 
 /// Compares with a difference quotient; `size` is the usual magnitude of each unknown over that of the known.
 fn compare(derivatives: &[f64], quotient: &[f64], what: &str) {
-    const SIZES: [f64; UNKNOWNS.len()] = [1e-3, 0.1, 1e3, 50.0, 0.1, 5.0, 1e-3, 1e-3, 1e3];
+    const SIZES: [f64; UNKNOWNS.len()] =
+        [1e-3, 0.1, 1e3, 50.0, 0.1, 5.0, 1e-3, 0.1, 1e3, 1e-3, 1e3];
     for (((a, b), name), size) in derivatives.iter().zip(quotient).zip(UNKNOWNS).zip(SIZES) {
         let allowed = 2e-5 * (a.abs().max(b.abs()) + size);
         assert!((a - b).abs() <= allowed, "{what}: {name} {a} {b}");

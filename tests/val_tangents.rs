@@ -48,12 +48,17 @@ fn started(setting: &Setting) -> Slave {
 
 /// The motion by the standard's calls.
 fn motion(setting: &Setting, times: &[f64]) -> Vec<f64> {
+    seen(setting, "measured_displacement", times)
+}
+
+/// The same of another output.
+fn seen(setting: &Setting, output: &str, times: &[f64]) -> Vec<f64> {
     let slave = started(setting);
     slave.start_at(times[0]);
-    let mut out = vec![slave.get("measured_displacement")];
+    let mut out = vec![slave.get(output)];
     for w in times.windows(2) {
         assert_eq!(slave.step(w[0], w[1] - w[0]), OK, "{:?}", slave.messages());
-        out.push(slave.get("measured_displacement"));
+        out.push(slave.get(output));
     }
     out
 }
@@ -174,6 +179,39 @@ fn without_directions_the_motion_alone_comes_back() {
     assert!(slopes.is_empty());
     for (value, plain) in values.iter().zip(motion(&setting(), &times)) {
         assert!((value - plain).abs() < 1e-13, "{value} against {plain} m");
+    }
+}
+
+// Source: what a sensor reads is linear in its ratios, r_j phi_j q_j: motions by the standard's calls at two ratios.
+#[test]
+fn val_a_sensor_is_differentiated_by_where_it_looks_also_at_the_tip() {
+    let times = times();
+    for ratio in [1.0, -0.4] {
+        let at = |ratio: f64| {
+            let mut setting = setting();
+            setting.push(("mode[2].sensor_ratio".into(), ratio));
+            setting
+        };
+        let slave = started(&at(ratio));
+        let directions = [vec![("mode[2].sensor_ratio", 1.0)]];
+        for output in [
+            "measured_displacement",
+            "measured_velocity",
+            "measured_acceleration",
+        ] {
+            let (values, slopes) = slave.tangents(&times, output, &directions).unwrap();
+            let (here, there) = (
+                seen(&at(ratio), output, &times),
+                seen(&at(ratio + 0.5), output, &times),
+            );
+            let size = here.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+            for k in 0..times.len() {
+                let slope = 2.0 * (there[k] - here[k]);
+                assert!((values[k] - here[k]).abs() < 1e-6 * size, "{output}");
+                assert!((slopes[0][k] - slope).abs() < 1e-6 * size, "{output}");
+            }
+            assert!(slopes[0].iter().any(|s| s.abs() > 1e-3 * size), "{output}");
+        }
     }
 }
 

@@ -323,6 +323,14 @@ pub enum Error {
         /// One that differs, and what it holds.
         other: (String, &'static str),
     },
+    /// An accelerometer away from the tip.
+    #[error("{}: run '{run}' holds an acceleration, and [sensor] states another place than the tip; accelerations are read by the rest of the tip in stick, which is not seen elsewhere: measure a displacement or a velocity there, or put the accelerometer at the tip and leave [sensor] out", campaign.display())]
+    AccelerometerAway {
+        /// The campaign's folder.
+        campaign: PathBuf,
+        /// The run.
+        run: String,
+    },
     /// A command that reads displacements was given another quantity.
     #[error(
         "run '{run}' holds a tip {found} in {unit}, and `{command}` reads a tip displacement; `check`, `compare`, `diagnose` and `try` read velocities and accelerations too"

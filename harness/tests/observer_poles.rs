@@ -129,7 +129,13 @@ fn val_poles_lie_where_asked_repeated_ones_too() {
             assert!(error < 1e-10, "{rule:?}: {error:e}");
             // Discrete: A (I - K c) has the poles exp(p T).
             let k = discrete_gain(&beam, &wanted, 5e-5).unwrap();
-            let model = beam.discretise(ForceModel::RandomWalk, 5e-5).unwrap();
+            let model = beam
+                .discretise(
+                    ForceModel::RandomWalk,
+                    5e-5,
+                    stickslip::measurement::Measurand::Displacement,
+                )
+                .unwrap();
             let closed =
                 &model.transition * (DMatrix::identity(5, 5) - &k * model.output.transpose());
             let z: Vec<_> = wanted.iter().map(|p| (p * 5e-5).exp()).collect();

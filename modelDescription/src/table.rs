@@ -223,7 +223,7 @@ fn outputs(table: &mut Vec<Variable>) {
     let real = |reference, name, quantity, unit, variability, description| {
         let nominal = match quantity {
             Quantity::TipDisplacement | Quantity::MeasuredDisplacement => 1e-3,
-            Quantity::TipAcceleration => 100.0,
+            Quantity::TipAcceleration | Quantity::MeasuredAcceleration => 100.0,
             Quantity::FrictionForce => 50.0,
             Quantity::PowerIntoBeam => 5.0,
             Quantity::DwellTime => 1e-2,
@@ -320,7 +320,7 @@ fn outputs(table: &mut Vec<Variable>) {
             Quantity::MeasuredDisplacement,
             METRE,
             Continuous,
-            "Tip displacement after the measuring chain (lag, offset): what a sensor gives",
+            "Displacement where the sensor looks (mode[j].sensor_ratio), after the measuring chain (lag, offset)",
         ),
         real(
             20,
@@ -337,6 +337,22 @@ fn outputs(table: &mut Vec<Variable>) {
             SECOND,
             Continuous,
             "Time since arrival in the present stick; 0 in slip",
+        ),
+        real(
+            22,
+            "measured_velocity",
+            Quantity::MeasuredVelocity,
+            METRE_PER_SECOND,
+            Continuous,
+            "Velocity where the sensor looks (mode[j].sensor_ratio)",
+        ),
+        real(
+            23,
+            "measured_acceleration",
+            Quantity::MeasuredAcceleration,
+            METRE_PER_SECOND2,
+            Continuous,
+            "Acceleration where the sensor looks (mode[j].sensor_ratio)",
         ),
     ]);
 }
@@ -476,6 +492,14 @@ fn modes(table: &mut Vec<Variable>) {
                 )
             });
         }
+        table.push(parameter(
+            base + 8,
+            format!("mode[{n}].sensor_ratio"),
+            Quantity::Mode(j, ModeItem::SensorRatio),
+            Kind::Real(ONE),
+            1.0,
+            format!("Value of the mode shape where the sensor looks over that at the tip, mode {n}; 1 for a sensor at the tip"),
+        ));
         table.push(state(
             base + 4,
             format!("q[{n}]"),

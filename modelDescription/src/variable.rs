@@ -66,6 +66,8 @@ pub enum ModeItem {
     Mass,
     /// Value of the mode shape at the tip.
     TipValue,
+    /// Mode shape where the sensor looks over that at the tip.
+    SensorRatio,
     /// Modal displacement in m.
     Displacement,
     /// Modal velocity in m/s.
@@ -89,6 +91,8 @@ pub enum Quantity {
     TransitionCount,
     LastTransitionTime,
     MeasuredDisplacement,
+    MeasuredVelocity,
+    MeasuredAcceleration,
     BeltTravel,
     DwellTime,
     EnergyStored,

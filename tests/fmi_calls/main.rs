@@ -4,6 +4,7 @@
 mod energies;
 mod inputs;
 mod instantiate;
+mod sensor;
 mod sequence;
 mod states;
 mod steps;

@@ -226,6 +226,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
                 ModeItem::DampingRatio => modes[j].damping_ratio = quantity,
                 ModeItem::Mass => modes[j].mass = quantity,
                 ModeItem::TipValue => modes[j].tip_value = quantity,
+                ModeItem::SensorRatio => out.sensor_ratios[j] = quantity,
                 ModeItem::Displacement | ModeItem::Velocity => {}
             },
             Quantity::FrictionLaw => law = value(quantity) as i32,

@@ -91,6 +91,8 @@ enum Observed {
     Displacement,
     Velocity,
     Acceleration,
+    MeasuredVelocity,
+    MeasuredAcceleration,
 }
 
 impl Content {
@@ -148,6 +150,8 @@ impl Content {
             Quantity::TipDisplacement => Ok(Observed::Displacement),
             Quantity::TipVelocity => Ok(Observed::Velocity),
             Quantity::TipAcceleration => Ok(Observed::Acceleration),
+            Quantity::MeasuredVelocity => Ok(Observed::MeasuredVelocity),
+            Quantity::MeasuredAcceleration => Ok(Observed::MeasuredAcceleration),
             _ => Err(Fault::Unsupported {
                 function: crate::lifecycle::Function::SetReal,
                 what: format!("derivatives of '{}' along a motion", variable.name),
@@ -266,21 +270,36 @@ impl Content {
             }
         };
         let mut row = [real(0.0); MAX_STATES];
-        let shapes = run.model().beam().modes().iter().map(|m| m.tip_value);
+        let modes = run.model().beam().modes().iter();
         match observed {
-            Observed::Measured | Observed::Acceleration => {}
-            Observed::Displacement => shapes.enumerate().for_each(|(j, phi)| row[2 * j] = phi),
-            Observed::Velocity => shapes.enumerate().for_each(|(j, phi)| row[2 * j + 1] = phi),
+            Observed::Displacement => modes
+                .enumerate()
+                .for_each(|(j, mode)| row[2 * j] = mode.tip_value),
+            Observed::Velocity => modes
+                .enumerate()
+                .for_each(|(j, mode)| row[2 * j + 1] = mode.tip_value),
+            Observed::MeasuredVelocity => modes
+                .zip(run.model().sensor_values())
+                .enumerate()
+                .for_each(|(j, (_, value))| row[2 * j + 1] = value),
+            Observed::Measured | Observed::Acceleration | Observed::MeasuredAcceleration => {}
         }
+        // Not linear in the state: friction passes through it at once.
+        let acceleration = |run: &mut Simulation| match observed {
+            Observed::Acceleration => Some(run.outputs().acceleration),
+            Observed::MeasuredAcceleration => Some(run.outputs().measured_acceleration),
+            _ => None,
+        };
         let mut out = Vec::with_capacity(times.len());
         let mut sample = |run: &mut Simulation, times: &[f64]| match observed {
             Observed::Measured => run.sample_measured(times, &mut out),
-            // Not linear in the state: friction passes through it at once.
-            Observed::Acceleration => times.iter().try_for_each(|time| {
-                run.advance_to(real(*time))?;
-                out.push(run.outputs().acceleration);
-                Ok(())
-            }),
+            Observed::Acceleration | Observed::MeasuredAcceleration => {
+                times.iter().try_for_each(|time| {
+                    run.advance_to(real(*time))?;
+                    out.extend(acceleration(run));
+                    Ok(())
+                })
+            }
             _ => run.sample(times, &row, real(0.0), &mut out),
         };
         let mut left = times;

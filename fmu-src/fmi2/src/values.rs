@@ -207,6 +207,11 @@ impl<'a> View<'a> {
         let model = self.model();
         Some(match quantity {
             Quantity::MeasuredDisplacement => self.outputs().measured_displacement,
+            Quantity::MeasuredVelocity => {
+                let x = self.state();
+                model.sensor(x, model.tip(x)).1
+            }
+            Quantity::MeasuredAcceleration => self.outputs().measured_acceleration,
             Quantity::TipDisplacement => model.tip(self.state()).0,
             Quantity::TipVelocity => model.tip(self.state()).1,
             Quantity::TipAcceleration => self.outputs().acceleration,
@@ -451,6 +456,8 @@ impl Content {
                         + outputs.friction_force * rates.velocity
                 }
                 Quantity::MeasuredDisplacement => rates.measured_displacement,
+                Quantity::MeasuredVelocity => rates.measured_velocity,
+                Quantity::MeasuredAcceleration => rates.measured_acceleration,
                 Quantity::BeltTravel => rates.belt_travel,
                 Quantity::DwellTime => rates.dwell,
                 Quantity::LastTransitionTime => 0.0,

@@ -14,7 +14,7 @@ use crate::friction::FrictionLaw;
 use crate::friction::series::ExponentialSum;
 use crate::integrate::{MAX_STATES, Scales, State, row_of};
 use crate::parameters::ModelParameters;
-use crate::real::{Real, ZERO, real, value};
+use crate::real::{Real, ZERO, is_constant, real, value};
 use std::sync::Arc;
 
 /// Rate in 1/s by which steps are measured where the structure is nothing but free masses, which have none of their own:
@@ -71,6 +71,8 @@ pub struct Model {
     level: Real,
     static_coefficient: Real,
     sensor_offset: Real,
+    /// Mode shapes where the sensor looks; `None` where it looks at the contact.
+    sensor_value: Option<[Real; MAX_MODES]>,
     /// Immutable once built, so that copies of a model share them.
     effects: Arc<[Enabled]>,
     dimension: usize,
@@ -143,6 +145,10 @@ impl Model {
             "m",
             "finite",
         )?;
+        for (j, ratio) in parameters.sensor_ratios.iter().enumerate() {
+            let name = format!("mode[{}].sensor_ratio", j + 1);
+            require(true, &name, *ratio, "1", "finite")?;
+        }
         let mut beam = parameters.beam;
         let mut effects = Vec::new();
         for (card, entry) in CATALOGUE.iter().enumerate() {
@@ -229,6 +235,7 @@ impl Model {
             level,
             static_coefficient: parameters.friction.static_coefficient(),
             sensor_offset: parameters.sensor_offset,
+            sensor_value: None,
             has_memory: effects.iter().any(|e| e.effect.replaces_stick()),
             linear_stick: effects.iter().all(|e| e.effect.is_linear_in_stick()),
             constant_limit: effects.iter().all(|e| e.effect.keeps_limit_constant()),
@@ -245,6 +252,11 @@ impl Model {
             model.damping[j] = 2.0 * mode.damping_ratio * w;
             model.tip_value[j] = mode.tip_value;
             model.gain[j] = mode.tip_value / mode.mass;
+        }
+        let ratios = &parameters.sensor_ratios[..model.mode_count];
+        if !ratios.iter().all(|ratio| is_constant(*ratio, 1.0)) {
+            let value = |j: usize| model.tip_value[j] * parameters.sensor_ratios[j];
+            model.sensor_value = Some(std::array::from_fn(value));
         }
         model.series_unit = 1.0 / model.highest_frequency();
         Ok(model)
@@ -304,6 +316,25 @@ impl Model {
         (w, v)
     }
 
+    /// Displacement in m and velocity in m/s where the sensor looks, from the state and what [`Self::tip`] is in it.
+    #[inline]
+    pub fn sensor(&self, x: &State, tip: (Real, Real)) -> (Real, Real) {
+        let Some(value) = &self.sensor_value else {
+            return tip;
+        };
+        let (mut w, mut v) = (ZERO, ZERO);
+        for j in 0..self.mode_count {
+            w += value[j] * x[2 * j];
+            v += value[j] * x[2 * j + 1];
+        }
+        (w, v)
+    }
+
+    /// Mode shapes where the sensor looks.
+    pub fn sensor_values(&self) -> [Real; MAX_MODES] {
+        self.sensor_value.unwrap_or(self.tip_value)
+    }
+
     fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [Real] {
         &x[enabled.first_state..enabled.first_state + enabled.nominals.len()]
     }
@@ -361,6 +392,7 @@ impl Model {
     #[inline]
     fn kinematics(&self, t: Real, x: &State, mode: ContactMode) -> Kinematics {
         let (displacement, velocity) = self.tip(x);
+        let (sensor_displacement, sensor_velocity) = self.sensor(x, (displacement, velocity));
         let give = self.belt_give(x);
         let given_belt_velocity = self.inputs.belt_velocity_at(t);
         let belt_velocity = given_belt_velocity + self.belt_ripple(t) + give.velocity;
@@ -375,6 +407,8 @@ impl Model {
                 time: t,
                 displacement,
                 velocity,
+                sensor_displacement,
+                sensor_velocity,
                 given_belt_velocity,
                 belt_velocity,
                 relative_velocity,
@@ -661,7 +695,7 @@ impl Model {
 
     /// Displacement in m as the sensor gives it.
     pub fn measured_displacement(&self, t: Real, x: &State, mode: ContactMode) -> Real {
-        let (mut reading, _) = self.tip(x);
+        let (mut reading, _) = self.sensor(x, self.tip(x));
         if !self.effects.is_empty() {
             let m = self.motion(t, x, mode);
             for e in self.effects.iter() {

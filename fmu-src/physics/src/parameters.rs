@@ -1,6 +1,6 @@
 //! Everything that can be set of a model, as plain values.
 
-use crate::beam::Beam;
+use crate::beam::{Beam, MAX_MODES};
 use crate::effects::user_expression::UserEffect;
 use crate::effects::{CATALOGUE, find_parameter};
 use crate::error::PhysicsError;
@@ -18,6 +18,9 @@ pub struct ModelParameters {
     pub friction_level: Real,
     /// Offset of the displacement sensor in m.
     pub sensor_offset: Real,
+    /// Mode shapes where the sensor looks over those at the contact, phi_j(s) / phi_j(1); all 1 for a sensor at the contact. Modes
+    /// that effects add follow the beam's own.
+    pub sensor_ratios: [Real; MAX_MODES],
     /// Values of the catalogue's parameters.
     pub effects: EffectValues,
     /// Effects that the user has written; all of them are on.
@@ -31,6 +34,7 @@ impl Default for ModelParameters {
             friction: FrictionLaw::default(),
             friction_level: real(1.0),
             sensor_offset: ZERO,
+            sensor_ratios: [real(1.0); MAX_MODES],
             effects: EffectValues::default(),
             user_effects: Vec::new(),
         }

@@ -5,10 +5,12 @@
 //! directions. Decision: docs/adr/0012-tangents.md.
 
 #[cfg(feature = "tangent")]
-pub use crate::tangent::{Tangent as Real, ZERO, polynomial, real, root, value, values};
+pub use crate::tangent::{
+    Tangent as Real, ZERO, is_constant, polynomial, real, root, value, values,
+};
 
 #[cfg(not(feature = "tangent"))]
-pub use plain::{Real, ZERO, polynomial, real, root, value, values};
+pub use plain::{Real, ZERO, is_constant, polynomial, real, root, value, values};
 
 #[cfg(not(feature = "tangent"))]
 mod plain {
@@ -28,6 +30,12 @@ mod plain {
     #[inline(always)]
     pub const fn value(quantity: Real) -> f64 {
         quantity
+    }
+
+    /// Whether a quantity is this constant.
+    #[inline(always)]
+    pub fn is_constant(quantity: Real, constant: f64) -> bool {
+        quantity == constant
     }
 
     /// The values of a list.

@@ -97,6 +97,10 @@ pub struct Outputs {
     pub mode: ContactMode,
     /// Displacement in m after the measuring chain.
     pub measured_displacement: Real,
+    /// Velocity in m/s where the sensor looks.
+    pub measured_velocity: Real,
+    /// Acceleration in m/s^2 where the sensor looks.
+    pub measured_acceleration: Real,
     /// Place on the belt in m.
     pub belt_travel: Real,
     /// Time since stick began in s.
@@ -109,7 +113,8 @@ impl Outputs {
         let mut rates = [ZERO; MAX_STATES];
         let contact: ContactForce = model.evaluate(t, x, mode, &mut rates);
         let motion = model.motion(t, x, mode);
-        let (_, acceleration) = model.tip(&rates);
+        let of_rates = model.tip(&rates);
+        let (_, acceleration) = of_rates;
         Self {
             displacement: motion.displacement,
             velocity: motion.velocity,
@@ -118,6 +123,8 @@ impl Outputs {
             relative_velocity: motion.relative_velocity,
             mode,
             measured_displacement: model.measured_displacement(t, x, mode),
+            measured_velocity: motion.sensor_velocity,
+            measured_acceleration: model.sensor(&rates, of_rates).1,
             belt_travel: motion.travel,
             dwell: motion.dwell,
         }
@@ -876,6 +883,8 @@ impl Simulation {
             relative_velocity: rate(a.relative_velocity, b.relative_velocity),
             mode: now.mode,
             measured_displacement: rate(a.measured_displacement, b.measured_displacement),
+            measured_velocity: now.measured_acceleration,
+            measured_acceleration: rate(a.measured_acceleration, b.measured_acceleration),
             belt_travel: -now.relative_velocity,
             dwell: rate(a.dwell, b.dwell),
         })

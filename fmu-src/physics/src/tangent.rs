@@ -114,6 +114,11 @@ impl Deref for Values {
     }
 }
 
+/// Whether a quantity is this constant, without a derivative.
+pub fn is_constant(quantity: Tangent, constant: f64) -> bool {
+    quantity.value == constant && quantity.slope.is_none()
+}
+
 /// The values of a list of at most `MAX_DEGREE + 1`.
 #[inline]
 pub fn values(list: &[Tangent]) -> Values {

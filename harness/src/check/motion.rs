@@ -52,14 +52,18 @@ const WELL_IN_SLIP: f64 = 0.5;
 const FEWEST: usize = 50;
 
 impl Motion {
-    /// Of a run; `beam` says only over how many samples the motion is smoothed.
+    /// Of a run; `beam` says over how many samples the motion is smoothed, and where the sensor looks.
     pub fn of(run: &Run, beam: &BeamKnowledge) -> Motion {
-        let (time, values) = (&run.time, &run.measured);
+        // Away from the tip, as the tip moves while it is bent slowly.
+        let share = beam.seen_share();
+        let time = &run.time;
+        let values = &run.measured.iter().map(|y| y / share).collect::<Vec<f64>>();
+        let noise = run.noise.std / share.abs();
         let interval = run.sample_interval();
         let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
         let h = half as f64;
         let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
-        let slope_noise = run.noise.std * per_noise;
+        let slope_noise = noise * per_noise;
         let mut resting = None;
         let (displacement, speed, speed_noise) = match run.measurand {
             Measurand::Displacement => {
@@ -68,10 +72,10 @@ impl Motion {
             }
             Measurand::Velocity => {
                 let displacement = integral(time, values);
-                (Cow::Owned(displacement), values.clone(), run.noise.std)
+                (Cow::Owned(displacement), values.clone(), noise)
             }
             Measurand::Acceleration => {
-                resting = Some(resting_stick(time, values, 0.0, run.noise.std));
+                resting = Some(resting_stick(time, values, 0.0, noise));
                 let relative = resting.iter().flat_map(|found| &found.velocity);
                 let mean = relative.clone().sum::<f64>() / values.len() as f64;
                 let mut speed: Vec<f64> = relative.map(|v| v - mean).collect();
@@ -112,7 +116,7 @@ impl Motion {
             std: standard_deviation(values),
             fastest,
             slip_frequency: slip_frequency(run, beam, (&displacement, &speed), stick.as_ref()),
-            rest: plateau(values, run.noise.std).map(|p| (p.value, p.share)),
+            rest: plateau(values, noise).map(|p| (p.value, p.share)),
             integral_rest: plateau(&integral(time, values), 0.0).map(|p| p.value),
             derivative_rest: match run.measurand {
                 Measurand::Displacement => None,

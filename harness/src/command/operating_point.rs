@@ -36,6 +36,7 @@ impl OperatingPoint {
             ("damping_ratio", &beam.damping_ratios),
             ("mass", &beam.masses_kg),
             ("tip_value", &beam.tip_values),
+            ("sensor_ratio", &beam.sensor.ratios),
         ];
         for (part, values) in lists {
             settings.extend(

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::csv_table::Channels;
+use super::sensor_place::{RawSensor, SensorPlace};
 use super::uncertainty::{OfModes, Uncertainty};
 use super::{BeamKnowledge, Interpolation, Role};
 use crate::error::Error;
@@ -43,6 +44,8 @@ struct RawFile {
     uncertainty: RawUncertainty,
     #[serde(default)]
     rig: RawRig,
+    #[serde(default)]
+    sensor: RawSensor,
     #[serde(default)]
     channels: RawChannels,
     #[serde(default)]
@@ -152,7 +155,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
         problem: e.message().replace('\n', "; "),
     })?;
     let check = Check { path, text: &text };
-    let (beam, of_modes) = check.beam(raw.beam)?;
+    let (beam, of_modes) = check.beam(raw.beam, raw.sensor)?;
     let uncertainty = check.uncertainty(raw.uncertainty, raw.rig, of_modes)?;
     if raw.run.is_empty() {
         return Err(Error::NoRuns {
@@ -172,11 +175,13 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     })
 }
 
-/// A file of which only `[beam]` and `[channels]` count.
+/// A file of which only `[beam]`, `[sensor]` and `[channels]` count.
 #[derive(Deserialize)]
 struct RawBeamFile {
     #[serde(default)]
     beam: RawBeam,
+    #[serde(default)]
+    sensor: RawSensor,
     #[serde(default)]
     channels: RawChannels,
 }
@@ -220,7 +225,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     };
     Ok(CampaignFile {
         name: None,
-        beam: check.beam(raw.beam)?.0,
+        beam: check.beam(raw.beam, raw.sensor)?.0,
         uncertainty: Uncertainty::default(),
         runs: vec![check.run(run, &raw.channels)?],
     })
@@ -420,7 +425,7 @@ impl Check<'_> {
             .collect())
     }
 
-    fn beam(&self, raw: RawBeam) -> Result<(BeamKnowledge, OfModes), Error> {
+    fn beam(&self, raw: RawBeam, sensor: RawSensor) -> Result<(BeamKnowledge, OfModes), Error> {
         let mut beam = BeamKnowledge {
             natural_frequencies_hz: self.list(
                 "[beam] natural_frequencies_hz",
@@ -436,6 +441,7 @@ impl Check<'_> {
             )?,
             masses_kg: self.list("[beam] masses_kg", "kg", POSITIVE, raw.masses_kg)?,
             tip_values: self.list("[beam] tip_values", "1", NOT_ZERO, raw.tip_values)?,
+            sensor: SensorPlace::default(),
         };
         let modes = beam.natural_frequencies_hz.len();
         if let Some(mass) = raw.mass_kg {
@@ -445,6 +451,7 @@ impl Check<'_> {
                 beam.masses_kg = vec![mass; modes.max(1)];
             }
         }
+        beam.sensor = self.sensor(sensor, modes)?;
         let lists = [
             ("damping_ratios", beam.damping_ratios.len()),
             ("masses_kg", beam.masses_kg.len()),

@@ -30,6 +30,7 @@ mod measurand;
 mod measured_keys;
 mod noise;
 mod sampling;
+mod sensor_place;
 mod table;
 mod uncertainty;
 mod unit;
@@ -43,6 +44,7 @@ pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation, REFINEMEN
 pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
+pub use sensor_place::SensorPlace;
 pub use uncertainty::{OfModes, Uncertainty};
 
 use crate::error::Error;
@@ -74,6 +76,8 @@ pub struct BeamKnowledge {
     pub masses_kg: Vec<f64>,
     /// Mode shapes' values at the tip, 1.
     pub tip_values: Vec<f64>,
+    /// Where the sensor looks.
+    pub sensor: SensorPlace,
 }
 
 /// What a run is used for.
@@ -212,6 +216,7 @@ impl Campaign {
             .map(|entry| load_run(&folder, entry))
             .collect::<Result<Vec<_>, _>>()?;
         of_one_measurand(&folder, &runs)?;
+        sensor_can_be_there(&folder, &parsed.beam.sensor, &runs)?;
         let folder_name = || folder.file_name().map(|n| n.to_string_lossy().into_owned());
         let name = parsed
             .name
@@ -239,6 +244,20 @@ fn of_one_measurand(folder: &Path, runs: &[Run]) -> Result<(), Error> {
             first: (first.name.clone(), first.measurand.name()),
             other: (other.name.clone(), other.measurand.name()),
         }),
+    }
+}
+
+/// An accelerometer away from the tip does not rest while the tip sticks, by which accelerations are read.
+fn sensor_can_be_there(folder: &Path, place: &SensorPlace, runs: &[Run]) -> Result<(), Error> {
+    match runs
+        .iter()
+        .find(|run| run.measurand == Measurand::Acceleration)
+    {
+        Some(run) if !place.is_tip() => Err(Error::AccelerometerAway {
+            campaign: folder.to_owned(),
+            run: run.name.clone(),
+        }),
+        _ => Ok(()),
     }
 }
 

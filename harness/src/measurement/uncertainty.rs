@@ -35,7 +35,7 @@ pub struct OfModes {
 /// Standard deviation of a modal mass as a share, where only the tip values' is stated.
 const MASS_STD: f64 = 0.03;
 /// The same of a tip value, where only the masses' is stated.
-const TIP_VALUE_STD: f64 = 0.025;
+pub(super) const TIP_VALUE_STD: f64 = 0.025;
 /// The same of a damping ratio: half-power widths and decrements of lightly damped modes scatter by half of the value.
 const DAMPING_STD: f64 = 0.5;
 

@@ -18,14 +18,15 @@ pub struct Characteristics {
     pub regularity: Option<f64>,
     /// Peak amplitude, in the unit of what is measured (m, m/s or m/s^2).
     pub amplitude: f64,
-    /// Share of time in stick, 1.
+    /// Share of time in stick, 1; NaN where stick does not show.
     pub stick_fraction: f64,
     /// Amplitudes at 1, 2, ... times the cycle frequency, in the same unit; empty without period.
     pub harmonics: Vec<f64>,
 }
 
 /// Characterises a record of a displacement, velocity or acceleration: `time` in s, `values` and the standard deviation `noise` of their
-/// noise (0 for a model) in that unit, `belt_velocity` in m/s. An amplitude within five standard deviations of the noise is no oscillation.
+/// noise (0 for a model) in that unit, `belt_velocity` in m/s, NaN where
+/// stick does not show. An amplitude within five standard deviations of the noise is no oscillation.
 pub fn characteristics(
     time: &[f64],
     (measurand, values): (Measurand, &[f64]),
@@ -47,7 +48,10 @@ pub fn characteristics(
         period: found.map(|p| p.seconds),
         regularity: found.map(|p| p.regularity),
         amplitude,
-        stick_fraction: stick_fraction(time, &stick.sticks),
+        stick_fraction: match belt_velocity.is_nan() {
+            true => f64::NAN,
+            false => stick_fraction(time, &stick.sticks),
+        },
         harmonics: found
             .map(|p| harmonics(time, values, 1.0 / p.seconds, HARMONICS))
             .unwrap_or_default(),

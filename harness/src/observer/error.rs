@@ -66,6 +66,14 @@ pub enum ObserverError {
         /// Its natural frequency in Hz.
         frequency_hz: f64,
     },
+    /// A sensor that sees no mode.
+    #[error(
+        "where the sensor looks, none of the {count} modes moves (all its mode ratios are 0); measure elsewhere, away from the clamp"
+    )]
+    BlindSensor {
+        /// Number of modes.
+        count: usize,
+    },
     /// The sampling frequency is too low for the highest mode.
     #[error(
         "sampling at {sample_rate_hz:.1} Hz is too slow for mode {mode} at {frequency_hz} Hz; sample at {needed_hz:.1} Hz or more, or leave the mode out"

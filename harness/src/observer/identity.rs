@@ -2,6 +2,7 @@
 
 use super::kernel::{self, Known, Problem, VaryingNoise};
 use super::structure::{DiscreteModel, ForceModel, Structure};
+use crate::measurement::Measurand;
 use nalgebra::{DMatrix, DVector};
 
 const N: usize = 120;
@@ -18,7 +19,9 @@ struct Case {
 
 fn case(force_model: ForceModel, gaps: bool, varying: bool, held: bool) -> Case {
     let structure = Structure::cantilever(&[80.0, 510.0], &[0.01, 0.02], 0.427).unwrap();
-    let model = structure.discretise(force_model, 1e-4).unwrap();
+    let model = structure
+        .discretise(force_model, 1e-4, Measurand::Displacement)
+        .unwrap();
     let size = model.output.len();
     let last = model.noise.len() - 1;
     let intensity = if last == 1 { 1.0 } else { 100.0 };

@@ -11,6 +11,7 @@
 use super::error::ObserverError;
 use super::smoother::{Record, Settings};
 use super::structure::{ForceModel, Structure};
+use crate::measurement::Measurand;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::PI;
 
@@ -231,7 +232,7 @@ fn modal_gain(
             .modes()
             .iter()
             .enumerate()
-            .map(|(j, mode)| vectors[(2 * j, i)] * mode.tip_value)
+            .map(|(j, mode)| vectors[(2 * j, i)] * mode.sensor_value())
             .sum();
         // Factor by factor, so that no product over- or underflows.
         let mut gain = (values[i] - poles[i]) / seen;
@@ -299,7 +300,7 @@ pub fn observer_matrix(structure: &Structure, gain: &DVector<f64>) -> DMatrix<f6
     let mut a = extended_matrix(structure);
     for (j, mode) in structure.modes().iter().enumerate() {
         for row in 0..a.nrows() {
-            a[(row, 2 * j)] -= gain[row] * mode.tip_value;
+            a[(row, 2 * j)] -= gain[row] * mode.sensor_value();
         }
     }
     a
@@ -316,5 +317,9 @@ pub(super) fn model(
     structure: &Structure,
     sample_interval: f64,
 ) -> Result<super::structure::DiscreteModel, ObserverError> {
-    structure.discretise(ForceModel::RandomWalk, sample_interval)
+    structure.discretise(
+        ForceModel::RandomWalk,
+        sample_interval,
+        Measurand::Displacement,
+    )
 }

@@ -28,6 +28,9 @@ pub struct Record {
     pub displacement: Vec<f64>,
     pub velocity: Vec<f64>,
     pub acceleration: Vec<f64>,
+    /// Modal displacements and velocities, mode by mode.
+    pub q: Vec<Vec<f64>>,
+    pub q_dot: Vec<Vec<f64>>,
     pub force: Vec<f64>,
     /// 0 stick, -1 or +1 slip of that sign.
     pub mode: Vec<i8>,
@@ -154,6 +157,8 @@ impl Rig {
             displacement: Vec::with_capacity(count),
             velocity: Vec::with_capacity(count),
             acceleration: Vec::with_capacity(count),
+            q: vec![Vec::with_capacity(count); self.tip_values.len()],
+            q_dot: vec![Vec::with_capacity(count); self.tip_values.len()],
             force: Vec::with_capacity(count),
             mode: Vec::with_capacity(count),
             transitions: Vec::new(),
@@ -168,6 +173,10 @@ impl Rig {
                     .sum();
                 out.displacement.push(w);
                 out.velocity.push(self.tip_velocity(&x));
+                for j in 0..self.tip_values.len() {
+                    out.q[j].push(x[2 * j]);
+                    out.q_dot[j].push(x[2 * j + 1]);
+                }
                 let rates = self.rates(&x, mode);
                 out.acceleration.push(self.tip_velocity(&rates));
                 out.force.push(self.force(&x, mode));

@@ -329,6 +329,8 @@ fn probes() -> [Motion; 3] {
         time: 0.137,
         displacement: 3.1e-4,
         velocity: 0.021,
+        sensor_displacement: 3.1e-4,
+        sensor_velocity: 0.021,
         given_belt_velocity: 0.1,
         belt_velocity: 0.1,
         relative_velocity: -0.079,
@@ -340,6 +342,8 @@ fn probes() -> [Motion; 3] {
     let ahead = Motion {
         displacement: -4.3e-4,
         velocity: 0.13,
+        sensor_displacement: -4.3e-4,
+        sensor_velocity: 0.13,
         relative_velocity: 0.03,
         speed: 0.03,
         travel: -0.0071,
@@ -347,6 +351,7 @@ fn probes() -> [Motion; 3] {
     };
     let stick = Motion {
         velocity: 0.1,
+        sensor_velocity: 0.1,
         relative_velocity: 0.0,
         speed: 0.0,
         dwell: 3.1e-3,

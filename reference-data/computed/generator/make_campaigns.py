@@ -22,6 +22,9 @@ curve and drift shows, hence relative to the same: with base_excitation to the c
 at the instant of the sample, with the friction force there: in stick that of the belt's contact point. It jumps where the friction force
 does (a sample just there has the value after it), and no filter of the sensor rounds the jump.
 
+With --place X the sensor looks at the share X of the length and not at the tip, "place_stated" in truth.json; "place" is where it truly looks,
+a few thousandths beside. No effect of the sensor is hidden then either.
+
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
 kind: what sort of campaign it is: KIND, but for mixed, and outside-new-physics where the effect is one of simulate.NEW_PHYSICS.
@@ -39,7 +42,8 @@ from pathlib import Path
 import numpy as np
 
 from simulate import (
-    EFFECTS, EXTRA, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State, simulate, start)
+    EFFECTS, EXTRA, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State,
+    eigenfunction, simulate, start)
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
@@ -211,8 +215,12 @@ def draw_misstated(rng):
     )
 
 
-def shown(record, channel):
-    """What a perfect sensor of the channel shows, m, m/s or m/s^2."""
+def shown(record, channel, place=None):
+    """What a perfect sensor of the channel shows, m, m/s or m/s^2; at a share `place` of the length (1) if not at the tip."""
+    if place is not None:
+        n = record.n
+        there = record.phi * np.array([eigenfunction(j, place) / eigenfunction(j, 1.0) for j in range(n)])
+        return record.y[:, :n] @ there if channel == "displacement" else record.y[:, n : 2 * n] @ there
     return getattr(record, {"displacement": "measured", "velocity": "wd", "acceleration": "acceleration"}[channel])
 
 
@@ -289,7 +297,7 @@ def convert(state, n, other, belt_velocity):
     return State(y, mode, state.stick_since, state.event_number)
 
 
-def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04, channel="displacement"):
+def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04, channel="displacement", place=None):
     """Median over windows of the rms difference (m, m/s or m/s^2) over 40 ms of what is measured with and without one effect."""
     found = []
     for run, record in zip(runs, records):
@@ -300,7 +308,7 @@ def visibility(rig, effects, runs, records, dropped, windows=4, window=0.04, cha
             state = convert(record.state(i), record.n, reduced, rig.drive * run["belt_velocity_m_per_s"])
             without = simulate(reduced, run["normal_force_n"], run["belt_velocity_m_per_s"], state, t0=record.t[i], duration=window,
                                level=run["friction_level"], substep=COARSE["presliding_compliance" in others])
-            difference = shown(record, channel)[i : i + samples + 1] - shown(without, channel)
+            difference = shown(record, channel, place)[i : i + samples + 1] - shown(without, channel, place)
             found.append(float(np.sqrt(np.mean(difference**2))))
     return float(np.median(found))
 
@@ -336,7 +344,9 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         if any(d is None for d in drawn):
             continue
         runs, records = [d[0] for d in drawn], [d[1] for d in drawn]
-        size = {name: visibility(rig, effects, runs, records, name, channel=args.channel) for name in names}
+        # The laser's spot is a few millimetres on a metre beside where it was measured to be.
+        place = None if args.place is None else float(args.place + 0.003 * rng.standard_normal())
+        size = {name: visibility(rig, effects, runs, records, name, channel=args.channel, place=place) for name in names}
         low, high = noise_bounds(size, args)
         if low <= high:
             noise = log_uniform(rng, low, high)
@@ -355,6 +365,8 @@ def draw_campaign(rng, names, args, points=None, effects=None):
     }
     if args.channel != "displacement":
         truth["channel"] = args.channel
+    if place is not None:
+        truth |= {"place": place, "place_stated": args.place}
     if args.kind == "misstated":
         truth |= {"drive": rig.drive, "weight": rig.weight, "tip": with_effects(rig, effects).tip_values().tolist()}
     return truth, records
@@ -375,9 +387,9 @@ def replay(truth, i, duration=0.6, dt=1e-4):
                     level=run["friction_level"])
 
 
-def write_run(folder, file, run, record, noise, rng, channel="displacement"):
+def write_run(folder, file, run, record, noise, rng, channel="displacement", place=None):
     """One CSV: the measured channel, offset, white noise, display steps (m, m/s, m/s^2). Returns its lines of campaign.toml."""
-    t, x = record.t[:-1], shown(record, channel)[:-1]
+    t, x = record.t[:-1], shown(record, channel, place)[:-1]
     x = x + run[f"offset_{UNIT[channel]}"] + noise * rng.standard_normal(x.size)
     x = np.round(x / RESOLUTION[channel]) * RESOLUTION[channel]
     text = [f"time_s,tip_{channel}_{UNIT[channel]}"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
@@ -396,18 +408,20 @@ def write_campaign(folder, name, truth, records, rng):
     in_words = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}[channel]
     lines = [f'name = "{name}"', f"# tip {channel} by {sensor}; time in s, {channel} in {in_words}", "", f"[beam]  # {known}"]
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
+    if "place" in truth:
+        lines += ["", "[sensor]", f"position = {truth['place_stated']:g}"]
     if channel != "displacement":
         lines += ["", "[channels]", f'{channel}_column = "tip_{channel}_{UNIT[channel]}"']
     noise = truth[f"noise_{UNIT[channel]}"]
     for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
-        lines += write_run(folder, f"run{i:02d}.csv", run, record, noise, rng, channel)
+        lines += write_run(folder, f"run{i:02d}.csv", run, record, noise, rng, channel, truth.get("place"))
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement"):
+def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement", place=None):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
     catalogue = list(STRENGTH if kind == "weak" else EFFECTS)
-    if channel != "displacement":
+    if channel != "displacement" or place is not None:
         catalogue, outside = ([name for name in ids if name not in OF_SENSOR] for ids in (catalogue, outside))
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
     singles, outsides = cycle(catalogue), cycle(outside)
@@ -459,6 +473,7 @@ def parser():
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
     p.add_argument("--channel", choices=list(UNIT), default="displacement", help="what the sensor measures")
+    p.add_argument("--place", type=float, help="the sensor looks at this share of the beam's length from the clamp, 1; without it at the tip")
     p.add_argument("--noise", type=float, default=0.0,
                    help="standard deviation, m (m/s, m/s^2); 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak; "
                         "of a velocity from 0.05 to 0.5 mm/s, and 0.5 mm/s; of an acceleration from 0.02 to 0.5 m/s^2, and 0.5 m/s^2")
@@ -479,6 +494,10 @@ def parse(argv=None):
         p.error(f"{args.effect} has no amplitude for --kind weak")
     if args.channel != "displacement" and args.effect in OF_SENSOR:
         p.error(f"{args.effect} acts on a sensor of displacements, which --channel {args.channel} does not have")
+    if args.place is not None and args.effect in OF_SENSOR:
+        p.error(f"{args.effect} acts on a sensor at the tip, which --place does not have")
+    if args.place is not None and (args.channel == "acceleration" or not 0.1 <= args.place <= 1.0):
+        p.error("--place is from 0.1 to 1, of a displacement or a velocity")
     return args
 
 
@@ -487,7 +506,7 @@ def main(argv=None):
     rng = np.random.default_rng(args.seed)
     answers = []
     outside = NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics else OUTSIDE
-    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside), args.channel), 1):
+    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside), args.channel, args.place), 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"

@@ -138,6 +138,10 @@ pub struct Motion {
     pub displacement: Real,
     /// Tip velocity w' in m/s.
     pub velocity: Real,
+    /// Displacement in m where the sensor looks; w for a sensor at the contact.
+    pub sensor_displacement: Real,
+    /// Velocity in m/s where the sensor looks.
+    pub sensor_velocity: Real,
     /// Velocity v0 of the belt in m/s as given, before any effect.
     pub given_belt_velocity: Real,
     /// Velocity of the belt's surface in m/s, all effects included.

@@ -50,14 +50,14 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
 
 impl Effect for SensorLag {
     fn add_rates(&self, m: &Motion, _contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
-        rates[0] += (m.displacement - x[0]) / self.0;
+        rates[0] += (m.sensor_displacement - x[0]) / self.0;
     }
     fn measured_displacement(&self, _reading: Real, _m: &Motion, x: &[Real]) -> Real {
         x[0]
     }
     fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [Real]) {
         // A ramp is followed with the delay tau once the start has been forgotten.
-        x[0] += m.displacement - self.0 * m.velocity;
+        x[0] += m.sensor_displacement - self.0 * m.sensor_velocity;
     }
     fn fastest_rate(&self) -> f64 {
         value(1.0 / self.0)

@@ -52,6 +52,10 @@ pub struct MotionSeries {
     pub displacement: Series,
     /// Tip velocity w' in m/s.
     pub velocity: Series,
+    /// Displacement in m where the sensor looks.
+    pub sensor_displacement: Series,
+    /// Velocity in m/s where the sensor looks.
+    pub sensor_velocity: Series,
     /// Sign of v_r, 0 in stick.
     pub sign: f64,
     /// Sliding speed in m/s.
@@ -75,6 +79,8 @@ impl MotionSeries {
             start,
             displacement: none,
             velocity: none,
+            sensor_displacement: none,
+            sensor_velocity: none,
             sign: 0.0,
             speed: none,
             travel: none,
@@ -102,6 +108,8 @@ impl MotionSeries {
             time: linear(self.start.time, real(self.unit)),
             displacement: self.displacement[k],
             velocity: self.velocity[k],
+            sensor_displacement: self.sensor_displacement[k],
+            sensor_velocity: self.sensor_velocity[k],
             given_belt_velocity: linear(self.given_belt_velocity[0], self.given_belt_velocity[1]),
             belt_velocity: ZERO,
             relative_velocity: self.relative_velocity(k),

@@ -62,6 +62,8 @@ pub struct Curves {
     pub time: Vec<f64>,
     /// What was measured.
     pub measurand: Measurand,
+    /// Where, in words.
+    pub place: &'static str,
     /// Its values, m or m/s.
     pub measured: Vec<f64>,
     /// Measured minus aligned model, m or m/s.
@@ -95,12 +97,8 @@ pub(super) fn compare_run(
     let interval = run.sample_interval();
     let noise = run.noise.std;
     let time: Vec<f64> = run.time.iter().map(|t| t - run.time[0]).collect();
-    let measured = characteristics(
-        &time,
-        (run.measurand, &run.measured),
-        run.belt_velocity,
-        noise,
-    );
+    let belt_velocity = beam.sensor.seen(run.belt_velocity);
+    let measured = characteristics(&time, (run.measurand, &run.measured), belt_velocity, noise);
     // A motion with its place in time is not shifted to fit.
     let period = measured.period.filter(|_| run.sustains_itself());
 
@@ -112,12 +110,7 @@ pub(super) fn compare_run(
         driven_motions(fmu, beam, run, &settings)?
     };
     let follower = follow(&time, run, &motions, period, &half(true))?;
-    let measured_stick = stick_of(
-        &time,
-        (run.measurand, &run.measured),
-        run.belt_velocity,
-        noise,
-    );
+    let measured_stick = stick_of(&time, (run.measurand, &run.measured), belt_velocity, noise);
     // The follower has the measured period by construction; what the model does by itself counts.
     let model = Characteristics {
         period: follower.own_period.map(|p| p.seconds),
@@ -125,7 +118,7 @@ pub(super) fn compare_run(
         ..characteristics(
             &time,
             (run.measurand, &follower.measured),
-            run.belt_velocity,
+            belt_velocity,
             0.0,
         )
     };
@@ -148,6 +141,7 @@ pub(super) fn compare_run(
         measured: run.measured.clone(),
         measured_stick,
         measurand: run.measurand,
+        place: beam.sensor.name(),
         model: follower.measured,
         model_other: follower.other,
         residual: follower.residual,

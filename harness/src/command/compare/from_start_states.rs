@@ -84,7 +84,7 @@ fn mean_square(
     for (name, value) in parameters.chain(starts) {
         instance.set_number(fmu.variable(name)?, *value)?;
     }
-    let measured = [fmu.variable(output_of(run.measurand))?.reference];
+    let measured = [output_of(fmu, run.measurand)?.reference];
     instance.initialize(piece.start, None, None)?;
     let (mut sum, mut count) = (0.0, 0);
     let mut now = piece.start;

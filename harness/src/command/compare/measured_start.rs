@@ -9,7 +9,8 @@ use crate::metric::{LEAST_REST, integral, quantile, resting_stick, stick_fractio
 /// Samples to either side for the velocity at the start.
 const START_HALF_WIDTH: usize = 5;
 
-/// Displacement (m) and velocity (m/s) of the tip at the start, and the farthest that it bends along the belt, m.
+/// Displacement (m) and velocity (m/s) of the tip at the start, and the farthest that it bends along the belt, m; about, where the sensor looks
+/// elsewhere.
 ///
 /// A velocity does not tell where the tip is: its displacement, the integral of the velocity, is taken to swing about the
 /// deflection of the friction that the FMU starts with. Of an acceleration the velocity is that of [`resting_stick`].
@@ -20,7 +21,9 @@ pub(super) fn measured_start(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> ((f6
         0.995
     };
     let ends = 2 * START_HALF_WIDTH;
-    let first = &run.measured[..ends];
+    let share = beam.seen_share();
+    let measured: Vec<f64> = run.measured.iter().map(|y| y / share).collect();
+    let first = &measured[..ends];
     let by_velocity = |velocity: &[f64], speed: f64| {
         let bent = friction_deflection(fmu, beam, run);
         let swing = integral(&run.time, velocity);
@@ -29,15 +32,15 @@ pub(super) fn measured_start(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> ((f6
     match run.measurand {
         Measurand::Displacement => {
             let speed = velocity(&run.time[..ends], first, START_HALF_WIDTH)[0];
-            ((run.measured[0], speed), quantile(&run.measured, end))
+            ((measured[0], speed), quantile(&measured, end))
         }
         Measurand::Velocity => {
             let speed = first.iter().sum::<f64>() / ends as f64;
-            by_velocity(&run.measured, speed)
+            by_velocity(&measured, speed)
         }
         Measurand::Acceleration => {
             let (belt, noise) = (run.belt_velocity, run.noise.std);
-            let found = resting_stick(&run.time, &run.measured, belt, noise);
+            let found = resting_stick(&run.time, &measured, belt, noise);
             if stick_fraction(&run.time, &found.sticks) < LEAST_REST {
                 // The integral drifts. Bent by friction, a tip at rest turns at twice the deflection at most.
                 let bent = friction_deflection(fmu, beam, run);

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::measured_start::measured_start;
 use crate::command::operating_point::{OperatingPoint, record_driven};
+use crate::diagnose::model::hypothesis::output_of;
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu};
 use crate::measurement::{BeamKnowledge, Measurand, Run};
@@ -274,18 +275,15 @@ pub(super) fn model_run(
         None => fmu.instantiate(&run.name)?,
     };
     point.start_driven(fmu, &mut instance, drive)?;
-    let has_sensor = fmu.description().find("measured_displacement").is_some();
-    let displacement = if has_sensor {
-        "measured_displacement"
-    } else {
-        "tip_displacement"
+    let wanted = match run.measurand {
+        Measurand::Displacement | Measurand::Velocity => &Measurand::ALL[..2],
+        Measurand::Acceleration => &Measurand::ALL[..],
     };
-    let all = [displacement, "tip_velocity", "tip_acceleration"];
-    let outputs = match run.measurand {
-        Measurand::Displacement | Measurand::Velocity => &all[..2],
-        Measurand::Acceleration => &all[..],
-    };
-    let recorded = record_driven(fmu, &mut instance, outputs, samples, drive, &())?;
+    let outputs = wanted.iter().map(|measurand| output_of(fmu, *measurand));
+    let outputs: Vec<&str> = outputs
+        .map(|variable| variable.map(|found| found.name.as_str()))
+        .collect::<Result<_, _>>()?;
+    let recorded = record_driven(fmu, &mut instance, &outputs, samples, drive, &())?;
     let mut columns = recorded.values.into_iter();
     let mut next = || columns.next().unwrap_or_default();
     Ok(Motion {

@@ -125,8 +125,8 @@ fn summary(comparisons: &[RunComparison], limit: Option<f64>) -> Table {
             text(with_unit(run.measured.amplitude, unit)),
             text(with_unit(run.model.amplitude, unit)),
             change(run.model.amplitude, run.measured.amplitude),
-            text(format!("{:.3}", run.measured.stick_fraction)),
-            text(format!("{:.3}", run.model.stick_fraction)),
+            text(dash(run.measured.stick_fraction)),
+            text(dash(run.model.stick_fraction)),
         ])
     })
 }
@@ -203,4 +203,12 @@ fn run_section(page: Page, run: &RunComparison) -> Page {
         page.list(&run.remarks)
     };
     page.figure(&time_series(curves)).figures(&figures)
+}
+
+/// A share of time, a dash where it is not known.
+fn dash(share: f64) -> String {
+    match share.is_finite() {
+        true => format!("{share:.3}"),
+        false => "–".into(),
+    }
 }

@@ -9,9 +9,12 @@ use crate::report::{Axis, Bars, Colour, Plot};
 const MILLI: f64 = 1e3;
 const MICRO: f64 = 1e6;
 
-/// `tip displacement`, in mm or in micrometres.
-fn axis_of(measurand: Measurand) -> Axis {
-    Axis::linear(&format!("tip {}", measurand.name()), measurand.milli_unit())
+/// `tip displacement` in mm, or what else was measured.
+fn axis_of(curves: &Curves) -> Axis {
+    Axis::linear(
+        &format!("{} {}", curves.place, curves.measurand.name()),
+        curves.measurand.milli_unit(),
+    )
 }
 
 fn micro_unit(measurand: Measurand) -> &'static str {
@@ -64,7 +67,7 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
 }
 
 pub(super) fn time_series(curves: &Curves) -> Plot {
-    Plot::new(Axis::linear("time", "s"), axis_of(curves.measurand))
+    Plot::new(Axis::linear("time", "s"), axis_of(curves))
         .size(1240.0, 260.0)
         .thin_line(
             "measured",
@@ -98,7 +101,7 @@ pub(super) fn cycle_overlay(run: &RunComparison, measured: &Cycle, model: &Cycle
         .into_iter()
         .map(|(a, b)| (at(a), at(b)))
         .collect();
-    Plot::new(Axis::linear("time in the cycle", "ms").from_to(0.0, period), axis_of(run.curves.measurand))
+    Plot::new(Axis::linear("time in the cycle", "ms").from_to(0.0, period), axis_of(&run.curves))
         .shade("measured sticks", Colour::Sky, &sticks)
         .band("scatter (1 std)", Colour::Grey, &time, &edge(-1.0), &edge(1.0))
         .line("measured", Colour::Ink, &time, &scaled(&measured.mean, MILLI))

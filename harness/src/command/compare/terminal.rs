@@ -54,8 +54,9 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
                 with_unit(run.measured.amplitude, unit)
             ),
             format!(
-                "{:.2} | {:.2}",
-                run.model.stick_fraction, run.measured.stick_fraction
+                "{} | {}",
+                share(run.model.stick_fraction),
+                share(run.measured.stick_fraction)
             ),
         );
         for remark in &run.remarks {
@@ -73,4 +74,12 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
     }
     text.push('\n');
     text
+}
+
+/// A share of time, a dash where it is not known.
+fn share(value: f64) -> String {
+    match value.is_finite() {
+        true => format!("{value:.2}"),
+        false => "-".into(),
+    }
 }

@@ -87,7 +87,7 @@ fn picture(material: &Material, forecast: &Forecast) -> Plot {
     let ahead = when.partition_point(|t| *t <= end);
     let plot = Plot::new(
         Axis::linear("time since the run began", "s"),
-        super::axis_of(run.measurand),
+        super::axis_of(&material.problem.campaign),
     );
     // Without the effect, where one was found.
     let ladder = &material.diagnosis.error_ladder;

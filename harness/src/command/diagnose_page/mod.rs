@@ -24,7 +24,7 @@ use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
-use crate::measurement::Measurand;
+use crate::measurement::Campaign;
 use crate::provenance::Provenance;
 use crate::report::{Axis, Figure, Page};
 use views::Views;
@@ -122,8 +122,12 @@ fn side_by_side<F: Figure>(page: Page, figures: &[F]) -> Page {
 }
 
 /// `tip displacement` in mm, or what else was measured.
-fn axis_of(measurand: Measurand) -> Axis {
-    Axis::linear(&format!("tip {}", measurand.name()), measurand.milli_unit())
+fn axis_of(campaign: &Campaign) -> Axis {
+    let (place, measurand) = (campaign.beam.sensor.name(), campaign.measurand());
+    Axis::linear(
+        &format!("{place} {}", measurand.name()),
+        measurand.milli_unit(),
+    )
 }
 
 /// Values times a factor.

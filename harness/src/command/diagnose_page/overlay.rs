@@ -161,7 +161,7 @@ fn motion(material: &Material, run: usize, shown: &[usize]) -> Plot {
     let (time, values): (Vec<f64>, Vec<f64>) = measured.into_iter().unzip();
     let mut plot = Plot::new(
         Axis::linear("time", "ms").from_to(from, to),
-        super::axis_of(measurand),
+        super::axis_of(&problem.campaign),
     )
     .shade("stick", Colour::Sky, &sticks(problem, run, from, to))
     .line("measured", Colour::Ink, &time, &values);
@@ -172,8 +172,9 @@ fn motion(material: &Material, run: usize, shown: &[usize]) -> Plot {
         plot = plot.dashed_line(&view.name, colour, &x, &y);
     }
     plot.caption(&format!(
-        "Measured and predicted {} of the tip; stick phases are shaded.",
-        measurand.name()
+        "Measured and predicted {} of the {}; stick phases are shaded.",
+        measurand.name(),
+        problem.campaign.beam.sensor.name()
     ))
 }
 

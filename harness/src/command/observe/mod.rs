@@ -307,6 +307,7 @@ fn structure(
     } else {
         Structure::from_lists(frequencies, &damping, &beam.masses_kg, &beam.tip_values)
     };
+    let made = made.and_then(|structure| structure.with_sensor(&beam.sensor.ratios));
     made.map_err(|source| Error::Observe {
         path: file.to_owned(),
         source,

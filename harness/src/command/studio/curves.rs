@@ -11,6 +11,7 @@ use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::error::Error;
+use crate::fmu::Variable;
 use crate::measurement::Measurand;
 use crate::metric::spectrum;
 use crate::parallel::parallel;
@@ -220,20 +221,20 @@ fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<M
     let h = &of.hypothesis;
     let runs = &problem.campaign.runs;
     let measurand = problem.campaign.measurand();
-    let observing = |variable: &str, is_wanted: bool| match problem.fmu.variable(variable) {
+    let observing = |variable: Result<&Variable, Error>, is_wanted: bool| match variable {
         Ok(found) if is_wanted => Some(problem.references.observing(found.reference)),
         _ => None,
     };
     let observed = [
         observing(
-            output_of(Measurand::Displacement),
+            output_of(problem.fmu, Measurand::Displacement),
             measurand != Measurand::Displacement,
         ),
         observing(
-            output_of(Measurand::Velocity),
+            output_of(problem.fmu, Measurand::Velocity),
             measurand == Measurand::Acceleration,
         ),
-        observing(FORCE, true),
+        observing(problem.fmu.variable(FORCE), true),
     ];
     let mut motion = problem.predictor(h)?;
     let mut beside = Vec::new();

@@ -61,6 +61,10 @@ pub fn belt_scale(
         let time: Vec<f64> = (0..signal.len()).map(|k| k as f64 * h).collect();
         let found = plateau(&plain.velocity, std, run.belt_velocity).and_then(|sticks| {
             match run.measurand {
+                // The sensor itself shows the speed of another point.
+                _ if !structure.is_collocated() => {
+                    measured_stick_velocity(&plain.velocity, &sticks)
+                }
                 Measurand::Displacement => stick_velocity(&time, &signal, &sticks),
                 Measurand::Velocity => measured_stick_velocity(&signal, &sticks),
                 Measurand::Acceleration => None,

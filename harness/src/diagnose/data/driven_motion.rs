@@ -245,6 +245,7 @@ mod tests {
             damping_ratio,
             mass_kg,
             tip_value,
+            sensor_ratio: 1.0,
         };
         Structure::new(modes.iter().map(mode).collect()).unwrap()
     }

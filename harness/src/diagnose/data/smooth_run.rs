@@ -7,7 +7,8 @@ use crate::error::Error;
 use crate::measurement::{Measurand, Run};
 use crate::metric::{Rest, rest};
 use crate::observer::{
-    BeltVelocity, PhaseMode, Settings, Smoothed, StickSlipSettings, Structure, smooth_stick_slip,
+    BeltVelocity, Mode, PhaseMode, Settings, Smoothed, StickSlipSettings, Structure,
+    smooth_stick_slip,
 };
 
 /// Estimates motion and phases of a run with the linear structure as known. `friction` is the expected coefficient (1) over the
@@ -27,12 +28,19 @@ pub fn smooth_run(
     let belt = run.inputs.belt_velocity.as_ref();
     let belt = belt.map(|series| sampled(series, run, h, count));
     let driven = driven_motion(structure, run, h, count);
-    let driven = driven.map(|modal| tip_motion(structure, h, modal));
+    let driven = driven.map(|modal| {
+        let seen = motion_of(structure, h, &modal, Mode::sensor_value);
+        (
+            motion_of(structure, h, &modal, |mode| mode.tip_value),
+            seen,
+            modal,
+        )
+    });
     let resting = rest_of(run, structure, &signal, belt.as_deref());
     // The structure is linear: what an external force does alone is taken off first, from the belt's velocity too, and put
     // on again.
     let mut relative_belt = belt.clone();
-    if let Some((_, [displacement, velocity, acceleration])) = &driven {
+    if let Some(([_, of_tip, _], [displacement, velocity, acceleration], _)) = &driven {
         let less = |values: &mut [f64], part: &[f64]| {
             values.iter_mut().zip(part).for_each(|(v, p)| *v -= p);
         };
@@ -45,7 +53,7 @@ pub fn smooth_run(
             },
         );
         let belt = relative_belt.get_or_insert_with(|| vec![run.belt_velocity; count]);
-        less(belt, velocity);
+        less(belt, of_tip);
     }
     let settings = StickSlipSettings {
         smoother: Settings {
@@ -88,7 +96,7 @@ pub fn smooth_run(
         belt_path: BeltPath::of(run, h, belt.as_deref()),
     };
     settle(&mut smoothing, run, structure, friction);
-    if let Some((modal, tip)) = &driven {
+    if let Some((tip, _, modal)) = &driven {
         add(&mut smoothing.stick_slip.smoothed, modal, tip);
     }
     Ok(smoothing)
@@ -117,7 +125,7 @@ fn expected_force(
 /// period of the highest at least: a tip that does not stick turns within that. `None` where something else was measured, and where
 /// no mode has a spring that would move it.
 fn rest_of(run: &Run, structure: &Structure, signal: &[f64], belt: Option<&[f64]>) -> Option<Rest> {
-    if run.measurand != Measurand::Acceleration {
+    if run.measurand != Measurand::Acceleration || !structure.is_collocated() {
         return None;
     }
     let sprung = structure.modes().iter().filter(|mode| !mode.is_free());
@@ -140,21 +148,24 @@ fn rest_of(run: &Run, structure: &Structure, signal: &[f64], belt: Option<&[f64]
         .then(|| rest(&against_belt, run.noise.std, shortest.round() as usize))?
 }
 
-/// Modal displacements and velocities, and displacement, velocity and acceleration of the tip.
-type DrivenPart = ([Vec<Vec<f64>>; 2], [Vec<f64>; 3]);
-
-/// The acceleration by differences.
-fn tip_motion(structure: &Structure, h: f64, modal: [Vec<Vec<f64>>; 2]) -> DrivenPart {
-    let tip = |columns: &Vec<Vec<f64>>| -> Vec<f64> {
+/// Displacement, velocity and acceleration, the latter by differences, of where the modes have the values `shape`; from modal displacements
+/// and velocities.
+fn motion_of(
+    structure: &Structure,
+    h: f64,
+    modal: &[Vec<Vec<f64>>; 2],
+    shape: fn(&Mode) -> f64,
+) -> [Vec<f64>; 3] {
+    let there = |columns: &Vec<Vec<f64>>| -> Vec<f64> {
         let at = |k: usize| {
             let modes = structure.modes().iter().zip(columns);
-            modes.map(|(mode, column)| mode.tip_value * column[k]).sum()
+            modes.map(|(mode, column)| shape(mode) * column[k]).sum()
         };
         (0..columns[0].len()).map(at).collect()
     };
-    let (displacement, velocity) = (tip(&modal[0]), tip(&modal[1]));
+    let (displacement, velocity) = (there(&modal[0]), there(&modal[1]));
     let acceleration = differences(&velocity, h);
-    (modal, [displacement, velocity, acceleration])
+    [displacement, velocity, acceleration]
 }
 
 /// Adds the motion that an external force makes to that of the friction force, which stays as it is.

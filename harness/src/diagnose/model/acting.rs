@@ -100,7 +100,7 @@ fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
     let effects: Vec<usize> = (0..problem.catalogue.len()).collect();
     let step = (problem.segments.len() / LOOKED_AT).max(1);
     let some: Vec<usize> = (0..problem.segments.len()).step_by(step).collect();
-    let displacement = problem.fmu.variable(output_of(Measurand::Displacement))?;
+    let displacement = output_of(problem.fmu, Measurand::Displacement)?;
     let sensor = problem.references.observing(displacement.reference);
     let both = |choices: &[Choice]| -> Result<[Vec<Vec<f64>>; 2], Error> {
         Ok([

@@ -9,7 +9,7 @@ use crate::measurement::{Campaign, Measurand, Run};
 use crate::observer::Structure;
 use crate::parallel::parallel;
 
-/// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where a velocity or an acceleration was measured.
+/// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where something else was measured.
 ///
 /// # Errors
 /// A run that can't be smoothed.
@@ -19,8 +19,10 @@ pub fn displacement_ranges(
     structure: &Structure,
 ) -> Result<Vec<(f64, f64)>, Error> {
     match campaign.measurand() {
-        Measurand::Displacement => Ok(campaign.runs.iter().map(|r| range(&r.measured)).collect()),
-        Measurand::Velocity | Measurand::Acceleration => {
+        Measurand::Displacement if campaign.beam.sensor.is_tip() => {
+            Ok(campaign.runs.iter().map(|r| range(&r.measured)).collect())
+        }
+        _ => {
             let friction = StartFriction::of(fmu)?;
             let runs: Vec<Run> = UsableRun::all(&campaign.runs)
                 .into_iter()

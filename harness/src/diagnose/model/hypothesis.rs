@@ -6,9 +6,10 @@ use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
+use crate::diagnose::model::sensor_ratios::sensor_ratios;
 use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
-use crate::fmu::Fmu;
+use crate::fmu::{Fmu, Variable};
 use crate::measurement::{BeamKnowledge, Campaign, Measurand, Run};
 use crate::observer::{Mode, Structure};
 use serde::Serialize;
@@ -48,7 +49,7 @@ pub struct References {
     pub inputs: [u32; 2],
     /// external_force, where the FMU has it.
     pub external_force: Option<u32>,
-    /// The output that the sensor measures: measured_displacement, tip_velocity or tip_acceleration.
+    /// The output that the sensor measures ([`output_of`]).
     pub measured: u32,
     /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
     pub lacks_offset: bool,
@@ -83,7 +84,7 @@ impl References {
         Ok(Self {
             inputs: [one("belt_velocity")?, one("normal_force")?],
             external_force: one("external_force").ok(),
-            measured: one(output_of(measurand))?,
+            measured: output_of(fmu, measurand)?.reference,
             lacks_offset: measurand != Measurand::Displacement,
             contact_mode: one("contact_mode")?,
             contact: one("start.contact")?,
@@ -108,13 +109,14 @@ impl References {
     }
 }
 
-/// Name of the FMU's output that a sensor of the tip measures.
-pub fn output_of(measurand: Measurand) -> &'static str {
-    match measurand {
-        Measurand::Displacement => "measured_displacement",
-        Measurand::Velocity => "tip_velocity",
-        Measurand::Acceleration => "tip_acceleration",
-    }
+/// The FMU's output that the sensor measures; that of the tip where the FMU has no sensor.
+///
+/// # Errors
+/// An FMU without either.
+pub fn output_of(fmu: &Fmu, measurand: Measurand) -> Result<&Variable, Error> {
+    let quantity = measurand.name();
+    let measured = fmu.variable(&format!("measured_{quantity}"));
+    measured.or_else(|_| fmu.variable(&format!("tip_{quantity}")))
 }
 
 /// The structure as a campaign gives it, with the FMU's start values for what is left out.
@@ -144,6 +146,7 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
                 _ => of(&beam.masses_kg, "mass")?,
             },
             tip_value: of(&beam.tip_values, "tip_value")?,
+            sensor_ratio: beam.sensor.ratios.get(j).copied().unwrap_or(1.0),
         });
     }
     Structure::new(modes).map_err(|source| Error::Observer {
@@ -284,6 +287,9 @@ impl Hypothesis {
                 1.5,
             ));
         }
+        let (ratios, of_added_modes) = sensor_ratios(fmu, &campaign.beam.sensor, modes.len())?;
+        shared.extend(ratios);
+        fixed.extend(of_added_modes);
         let input_scales = [shared.len(), shared.len() + 1];
         for (name, std) in [
             ("belt_velocity.scale", belt),

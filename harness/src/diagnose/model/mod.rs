@@ -14,6 +14,7 @@ pub mod periodic;
 pub mod point;
 pub mod predictor;
 pub mod problem;
+pub mod sensor_ratios;
 pub mod simulator;
 pub mod unknown_function;
 pub mod variants;

@@ -268,6 +268,10 @@ fn known_structure(problem: &Problem) -> Result<BTreeMap<String, f64>, Error> {
     for (j, mode) in modes.iter().enumerate() {
         out.insert(format!("mode[{}].tip_value", j + 1), mode.tip_value);
     }
+    let ratios = problem.campaign.beam.sensor.ratios.iter().enumerate();
+    for (j, ratio) in ratios.skip(modes.len()) {
+        out.insert(format!("mode[{}].sensor_ratio", j + 1), *ratio);
+    }
     Ok(out)
 }
 

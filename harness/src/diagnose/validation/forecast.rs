@@ -182,7 +182,7 @@ fn forecast(
         _ => f64::NAN,
     };
     let of_measured = &measured.measured[seen.past..];
-    let belt = measured.belt_velocity;
+    let belt = problem.campaign.beam.sensor.seen(measured.belt_velocity);
     let measurand = measured.measurand;
     let described = |values: &[f64]| {
         let usable = values.len() > 32 && values.iter().all(|v| v.is_finite());
@@ -201,7 +201,7 @@ fn forecast(
         valid_time_limit_s: limit,
         period_s: compared(&|c| c.period),
         amplitude: Amplitude::of(measurand, compared(&|c| Some(c.amplitude))),
-        stick_share: compared(&|c| Some(c.stick_fraction)),
+        stick_share: compared(&|c| Some(c.stick_fraction).filter(|share| share.is_finite())),
         inside_band: None,
         band: None,
         index: r,

@@ -29,6 +29,7 @@ pub(super) struct Plant {
     damping: [f64; MODE_LIMIT],
     drive: [f64; MODE_LIMIT],
     tip: [f64; MODE_LIMIT],
+    sensor: [f64; MODE_LIMIT],
     inverse_mass: f64,
 }
 
@@ -40,6 +41,7 @@ impl Plant {
             damping: [0.0; MODE_LIMIT],
             drive: [0.0; MODE_LIMIT],
             tip: [0.0; MODE_LIMIT],
+            sensor: [0.0; MODE_LIMIT],
             inverse_mass: structure.inverse_tip_mass(),
         };
         for (j, mode) in structure.modes().iter().enumerate() {
@@ -48,12 +50,14 @@ impl Plant {
             plant.damping[j] = 2.0 * mode.damping_ratio * w;
             plant.drive[j] = mode.tip_value / mode.mass_kg;
             plant.tip[j] = mode.tip_value;
+            plant.sensor[j] = mode.sensor_value();
         }
         plant
     }
 
+    /// Displacement in m where the sensor looks.
     pub fn displacement(&self, x: &State) -> f64 {
-        (0..self.n).map(|j| self.tip[j] * x[2 * j]).sum()
+        (0..self.n).map(|j| self.sensor[j] * x[2 * j]).sum()
     }
 
     fn velocity(&self, x: &State) -> f64 {

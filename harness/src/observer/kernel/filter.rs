@@ -38,7 +38,7 @@ impl<'a, const N: usize> Fixed<'a, N> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         Self {
             a: matrix(&problem.model.transition),
-            c: vector(problem.model.measured()),
+            c: vector(&problem.model.reading),
             displacement: vector(&problem.model.output),
             velocity: vector(&problem.model.velocity),
             noise: matrix(&problem.noise),

@@ -28,9 +28,8 @@ impl<'a> Record<'a> {
         measured: &[f64],
         settings: &Settings,
     ) -> Result<Self, ObserverError> {
-        let model = structure
-            .discretise(settings.force_model, sample_interval)?
-            .measuring(settings.measurand);
+        let model =
+            structure.discretise(settings.force_model, sample_interval, settings.measurand)?;
         check_settings(settings)?;
         let measured: Vec<f64> = measured.iter().map(|y| y - settings.offset).collect();
         let (mean, variance) = check_measured(&measured, sample_interval, &model)?;
@@ -81,13 +80,16 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Mean displacement in m and variance of it in m^2. A velocity or an acceleration says nothing of where the tip rests: a
+    /// Mean displacement of the tip in m and variance of it in m^2, from those where the sensor looks by the shape that a force at the
+    /// tip bends. A velocity or an acceleration says nothing of where the tip rests: a
     /// constant force and the deflection that balances it are taken to be zero, and stay so.
     fn displacement_level(&self) -> (f64, f64) {
+        let lever = self.structure.static_compliance() / self.structure.sensor_compliance();
+        let (mean, variance) = (lever * self.mean, lever * lever * self.variance);
         match self.model.measures {
-            Measurand::Displacement => (self.mean, self.variance),
+            Measurand::Displacement => (mean, variance),
             Measurand::Velocity | Measurand::Acceleration => {
-                (0.0, self.variance / self.per_displacement().powi(2))
+                (0.0, variance / self.per_displacement().powi(2))
             }
         }
     }

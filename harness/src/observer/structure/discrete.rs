@@ -36,9 +36,9 @@ pub struct DiscreteModel {
     pub output: DVector<f64>,
     /// Row with `w_tip' = row z`, N, in 1/s.
     pub velocity: DVector<f64>,
-    /// Row with `w_tip'' = row z`, N, in 1/s^2; the force passes through it at once.
-    pub acceleration: DVector<f64>,
-    /// What is measured: [`Self::output`], [`Self::velocity`] or [`Self::acceleration`].
+    /// Row of what is measured over the states, N.
+    pub reading: DVector<f64>,
+    /// What is measured.
     pub measures: Measurand,
     /// Index of the force state.
     pub force_index: usize,
@@ -46,22 +46,6 @@ pub struct DiscreteModel {
     pub force_scale: f64,
     /// `z[force_index + 1] = slope_scale F'`, in m s/N.
     pub slope_scale: f64,
-}
-
-impl DiscreteModel {
-    /// The same with another sensor at the tip.
-    pub fn measuring(self, measures: Measurand) -> Self {
-        Self { measures, ..self }
-    }
-
-    /// Row of what is measured over the states.
-    pub fn measured(&self) -> &DVector<f64> {
-        match self.measures {
-            Measurand::Displacement => &self.output,
-            Measurand::Velocity => &self.velocity,
-            Measurand::Acceleration => &self.acceleration,
-        }
-    }
 }
 
 impl Mode {
@@ -83,20 +67,26 @@ impl Mode {
 }
 
 impl Structure {
-    /// The scaled state space, exactly discretised at `sample_interval` (s).
+    /// The scaled state space, exactly discretised at `sample_interval` (s), with a sensor that measures so.
     pub fn discretise(
         &self,
         force_model: ForceModel,
         sample_interval: f64,
+        measures: Measurand,
     ) -> Result<DiscreteModel, ObserverError> {
         self.check_sampling(sample_interval)?;
+        let reading = match measures {
+            Measurand::Displacement => self.output(force_model, Mode::sensor_value),
+            Measurand::Velocity => self.velocity_output(force_model, Mode::sensor_value),
+            Measurand::Acceleration => self.acceleration_output(force_model, Mode::sensor_value),
+        };
         Ok(DiscreteModel {
             transition: self.transition(force_model, sample_interval),
             noise: self.noise(force_model, sample_interval),
-            output: self.output(force_model),
-            velocity: self.velocity_output(force_model),
-            acceleration: self.acceleration_output(force_model),
-            measures: Measurand::Displacement,
+            output: self.output(force_model, |mode| mode.tip_value),
+            velocity: self.velocity_output(force_model, |mode| mode.tip_value),
+            reading,
+            measures,
             force_index: 2 * self.modes.len(),
             force_scale: self.force_scale(),
             slope_scale: self.force_scale() / self.modes[0].rate(),
@@ -168,32 +158,38 @@ impl Structure {
             .collect()
     }
 
-    fn output(&self, force_model: ForceModel) -> DVector<f64> {
+    fn output(&self, force_model: ForceModel, shape: fn(&Mode) -> f64) -> DVector<f64> {
         let mut c = DVector::zeros(2 * self.modes.len() + force_model.state_count());
         for (j, mode) in self.modes.iter().enumerate() {
-            c[2 * j] = mode.tip_value;
+            c[2 * j] = shape(mode);
         }
         c
     }
 
-    fn velocity_output(&self, force_model: ForceModel) -> DVector<f64> {
+    fn velocity_output(&self, force_model: ForceModel, shape: fn(&Mode) -> f64) -> DVector<f64> {
         let mut c = DVector::zeros(2 * self.modes.len() + force_model.state_count());
         for (j, mode) in self.modes.iter().enumerate() {
-            c[2 * j + 1] = mode.tip_value * mode.rate();
+            c[2 * j + 1] = shape(mode) * mode.rate();
         }
         c
     }
 
-    /// `w'' = sum phi_j (phi_j F / m_j - 2 D_j w_j q_j' - w_j^2 q_j)` over the scaled state.
-    fn acceleration_output(&self, force_model: ForceModel) -> DVector<f64> {
+    /// `w'' = sum phi_j(s) (phi_j F / m_j - 2 D_j w_j q_j' - w_j^2 q_j)` over the scaled state; the force passes through it at once.
+    fn acceleration_output(
+        &self,
+        force_model: ForceModel,
+        shape: fn(&Mode) -> f64,
+    ) -> DVector<f64> {
         let force = 2 * self.modes.len();
         let mut c = DVector::zeros(force + force_model.state_count());
         for (j, mode) in self.modes.iter().enumerate() {
             let w = mode.angular_frequency();
-            c[2 * j] = -mode.tip_value * w * w;
-            c[2 * j + 1] = -mode.tip_value * 2.0 * mode.damping_ratio * w * mode.rate();
+            c[2 * j] = -shape(mode) * w * w;
+            c[2 * j + 1] = -shape(mode) * 2.0 * mode.damping_ratio * w * mode.rate();
         }
-        c[force] = self.inverse_tip_mass() / self.force_scale();
+        let modes = self.modes.iter();
+        let inverse_mass: f64 = modes.map(|m| shape(m) * m.tip_value / m.mass_kg).sum();
+        c[force] = inverse_mass / self.force_scale();
         c
     }
 }
@@ -217,9 +213,9 @@ mod tests {
         let (phi, mass, frequencies, ratios) = ([2.0, -2.0], 0.427, [80.0, 510.0], [0.01, 0.02]);
         let structure = Structure::cantilever(&frequencies, &ratios, mass).unwrap();
         for force_model in [ForceModel::RandomWalk, ForceModel::IntegratedRandomWalk] {
-            let model = structure.discretise(force_model, 1e-5).unwrap();
-            let model = model.measuring(Measurand::Acceleration);
-            let measured = |z: &DVector<f64>| model.measured().dot(z);
+            let model = structure.discretise(force_model, 1e-5, Measurand::Acceleration);
+            let model = model.unwrap();
+            let measured = |z: &DVector<f64>| model.reading.dot(z);
             let size = model.output.len();
             for j in 0..2 {
                 let w = std::f64::consts::TAU * frequencies[j];

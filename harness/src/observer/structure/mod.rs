@@ -1,6 +1,6 @@
-//! The linear part of the rig: vibration modes driven and measured at the tip.
+//! The linear part of the rig: vibration modes driven at the tip, and measured there or at another point `s`.
 //!
-//! `q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F / m_j`, `w_tip = sum_j phi_j q_j`
+//! `q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F / m_j`, `w_tip = sum_j phi_j q_j`, `w_s = sum_j phi_j(s) q_j`
 //! (Stelter 1992, eqs. 2, 3; `phi_j = phi_j(1)`), with the contact force as additional state:
 //! `F' = 0` (his eq. 10), or driven by white noise for the Kalman filter.
 
@@ -30,9 +30,16 @@ pub struct Mode {
     pub mass_kg: f64,
     /// Value of the mode shape at the tip, `phi_j(1)` (1).
     pub tip_value: f64,
+    /// Value of the mode shape where the sensor looks over that at the tip, `phi_j(s) / phi_j(1)` (1).
+    pub sensor_ratio: f64,
 }
 
 impl Mode {
+    /// Value of the mode shape where the sensor looks, `phi_j(s)` (1).
+    pub fn sensor_value(&self) -> f64 {
+        self.tip_value * self.sensor_ratio
+    }
+
     /// Natural angular frequency `w_j = 2 pi f_j` in rad/s.
     pub fn angular_frequency(&self) -> f64 {
         2.0 * PI * self.frequency_hz
@@ -59,7 +66,7 @@ impl Mode {
     }
 }
 
-/// A linear modal structure with a force at the tip and the displacement measured there.
+/// A linear modal structure with a force at the tip and a sensor there or elsewhere ([`Mode::sensor_ratio`]).
 ///
 /// Holds for small deflections, light viscous damping, real modes (any number up to
 /// [`MODE_LIMIT`]). A mode that is left out spoils the force in its band: test the whiteness of
@@ -82,6 +89,9 @@ impl Structure {
                 count: modes.len(),
                 limit: MODE_LIMIT,
             });
+        }
+        if modes.iter().all(|mode| mode.sensor_ratio == 0.0) {
+            return Err(ObserverError::BlindSensor { count: modes.len() });
         }
         for (index, mode) in modes.iter().enumerate() {
             check_mode(index + 1, mode)?;
@@ -141,6 +151,7 @@ impl Structure {
                     damping_ratio: damping_ratios[j],
                     mass_kg: masses_kg[j],
                     tip_value: tip_values[j],
+                    sensor_ratio: 1.0,
                 })
                 .collect(),
         )
@@ -157,12 +168,39 @@ impl Structure {
             damping_ratio,
             mass_kg,
             tip_value: 1.0,
+            sensor_ratio: 1.0,
         }])
     }
 
     /// The modes.
     pub fn modes(&self) -> &[Mode] {
         &self.modes
+    }
+
+    /// The same structure with a sensor elsewhere: `ratios` of [`Mode::sensor_ratio`], one for each mode from the first on; 1 for those
+    /// that are left out.
+    ///
+    /// # Errors
+    /// A ratio that is no finite number; a sensor that sees no mode.
+    pub fn with_sensor(&self, ratios: &[f64]) -> Result<Self, ObserverError> {
+        let ratios = ratios.iter().copied().chain(std::iter::repeat(1.0));
+        let modes = self.modes.iter().zip(ratios);
+        let modes = modes.map(|(mode, sensor_ratio)| Mode {
+            sensor_ratio,
+            ..*mode
+        });
+        Self::new(modes.collect())
+    }
+
+    /// Whether the sensor looks at the tip, where the force acts.
+    pub fn is_collocated(&self) -> bool {
+        self.modes.iter().all(|mode| mode.sensor_ratio == 1.0)
+    }
+
+    /// Static deflection where the sensor looks per force at the tip, in m/N.
+    pub fn sensor_compliance(&self) -> f64 {
+        let modes = self.modes.iter();
+        modes.map(|m| m.sensor_value() * m.modal_compliance()).sum()
     }
 
     /// The same structure with other natural frequencies (Hz, one per mode).
@@ -286,6 +324,9 @@ fn check_mode(number: usize, mode: &Mode) -> Result<(), ObserverError> {
     }
     if !mode.tip_value.is_finite() {
         return bad("tip value", mode.tip_value, "", "must be finite");
+    }
+    if !mode.sensor_ratio.is_finite() {
+        return bad("sensor ratio", mode.sensor_ratio, "", "must be finite");
     }
     if mode.tip_value == 0.0 {
         return Err(ObserverError::UnobservableMode {

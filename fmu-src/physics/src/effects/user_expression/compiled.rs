@@ -55,7 +55,7 @@ impl Compiled {
     /// Value of the formula.
     pub fn value(&self, m: &Motion, x: &[Real]) -> Real {
         match self.target {
-            Target::Measurement => self.measured_displacement(m.displacement, m, x),
+            Target::Measurement => self.measured_displacement(m.sensor_displacement, m, x),
             _ => self.formula.value(&values(m, self.own(x))),
         }
     }

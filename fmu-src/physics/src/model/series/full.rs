@@ -122,10 +122,13 @@ impl<'a> FullSeries<'a> {
             }
         }
         let (displacement, velocity) = model.tip(x);
+        let (sensor_displacement, sensor_velocity) = model.sensor(x, (displacement, velocity));
         let m = &mut self.room.motion;
         let distance = self.distance.get(k).unwrap_or(&ZERO);
         m.displacement[k] = displacement;
         m.velocity[k] = velocity;
+        m.sensor_displacement[k] = sensor_displacement;
+        m.sensor_velocity[k] = sensor_velocity;
         m.speed[k] = speed;
         m.travel[k] = distance + give.displacement - displacement;
         give
