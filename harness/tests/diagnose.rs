@@ -163,25 +163,29 @@ fn check_statements(statements: &Value) {
 /// Samples of each run that are used of the small blind set: a quarter of a second.
 const SAMPLES: usize = 2500;
 
-/// The small blind set but for its last campaign, in a folder, the first [`SAMPLES`] of each run: the last takes longer than all others,
-/// and has a test for itself.
-fn first_three(folder: &Path) {
-    let blind = root().join("reference-data/computed/blind");
-    for name in ["001", "002", "003"] {
-        std::fs::create_dir(folder.join(name)).unwrap();
-        for entry in std::fs::read_dir(blind.join(name)).unwrap() {
-            let path = entry.unwrap().path();
-            let to = folder.join(name).join(path.file_name().unwrap());
-            let text = std::fs::read_to_string(&path).unwrap();
-            let rows = match path.extension().is_some_and(|e| e == "csv") {
-                true => 1 + SAMPLES,
-                false => usize::MAX,
-            };
-            let lines: Vec<&str> = text.lines().take(rows).collect();
-            std::fs::write(to, lines.join("\n")).unwrap();
-        }
+/// A campaign of the small blind set in a folder, the first [`SAMPLES`] of each run.
+fn beginning_of(name: &str, folder: &Path) {
+    let from = root().join("reference-data/computed/blind").join(name);
+    std::fs::create_dir(folder.join(name)).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let to = folder.join(name).join(path.file_name().unwrap());
+        let text = std::fs::read_to_string(&path).unwrap();
+        let rows = match path.extension().is_some_and(|e| e == "csv") {
+            true => 1 + SAMPLES,
+            false => usize::MAX,
+        };
+        let lines: Vec<&str> = text.lines().take(rows).collect();
+        std::fs::write(to, lines.join("\n")).unwrap();
     }
-    let mut truth = read(&blind.join("truth.json"));
+}
+
+/// The small blind set but for its last campaign, in a folder: that takes longer than all others, and has a test for itself.
+fn first_three(folder: &Path) {
+    for name in ["001", "002", "003"] {
+        beginning_of(name, folder);
+    }
+    let mut truth = read(&root().join("reference-data/computed/blind/truth.json"));
     truth.as_array_mut().unwrap().truncate(3);
     std::fs::write(folder.join("truth.json"), truth.to_string()).unwrap();
 }
@@ -224,11 +228,10 @@ fn val_small_blind_set_is_answered_rightly() {
 
 #[test]
 fn val_a_stiffness_that_is_none_of_the_catalogue_is_proposed_as_a_term() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = stickslip(
-        &["diagnose", "reference-data/computed/blind/004"],
-        folder.path(),
-    );
+    let (campaigns, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    beginning_of("004", campaigns.path());
+    let campaign = campaigns.path().join("004");
+    let output = stickslip(&["diagnose", campaign.to_str().unwrap()], folder.path());
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{message}");
     let diagnosis = read(&folder.path().join("diagnosis.json"));

@@ -92,6 +92,28 @@ fn val_nothing_is_claimed_of_a_sensor_elsewhere() {
 }
 
 #[test]
+fn val_observe_finds_the_belt_and_the_friction_from_a_sensor_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), 0.6, "[sensor]\nposition = 0.7");
+    let observe = |words: &[&str]| {
+        let all = [&["observe", "run1.csv", "--campaign", "."][..], words].concat();
+        stickslip(&all, folder.path())
+    };
+    let found = json(&observe(&["--json"]));
+    let speed = found["belt_velocity_in_stick"]["value_m_per_s"]
+        .as_f64()
+        .unwrap();
+    assert!((speed / 0.1 - 1.0).abs() < 5e-3, "{found:#}");
+    let friction = found["break_away"]["mu_mean"].as_f64().unwrap();
+    let truth = Rig::default_case().mu_0;
+    assert!((friction / truth - 1.0).abs() < 0.05, "{friction}");
+    let refused = observe(&["--method", "pole"]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.contains("use the smoother"), "{said}");
+}
+
+#[test]
 fn a_place_gives_the_ratios_of_a_cantilever() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), 0.1, "[sensor]\nposition = 0.7");

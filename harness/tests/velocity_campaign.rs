@@ -113,8 +113,15 @@ fn val_the_model_of_a_rig_meets_its_velocities() {
 #[test]
 fn val_nothing_is_claimed_of_velocities_in_which_nothing_is_missing() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), &velocities(0.4));
-    let found = json(&stickslip(&["diagnose", ".", "--json"], folder.path()));
+    std::fs::create_dir(folder.path().join("001")).unwrap();
+    write(&folder.path().join("001"), &velocities(0.4));
+    let truth = r#"[{"campaign": "001", "effects": []}]"#;
+    std::fs::write(folder.path().join("truth.json"), truth).unwrap();
+    let counted = json(&stickslip(&["blind-test", ".", "--json"], folder.path()));
+    assert_eq!(counted["campaigns"][0]["right"], true, "{counted:#}");
+    let diagnosis = folder.path().join("blind-test/001/diagnosis.json");
+    let found = std::fs::read_to_string(diagnosis).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
     assert_eq!(found["verdict"], "no_missing_effect", "{found:#}");
     assert_eq!(found["measured_quantity"], "velocity");
     assert!(found["noise_std_m_per_s"].as_f64().unwrap() < 2.0 * NOISE);

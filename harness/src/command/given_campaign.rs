@@ -44,10 +44,9 @@ pub fn load(path: &Path, forced: Forced) -> Result<Campaign, Error> {
 /// As [`load`], for commands that read runs at constant belt velocity and normal force on a structure with springs.
 ///
 /// # Errors
-/// As [`load`]; a campaign of velocities, a run that something else drives, a mode without a spring.
+/// As [`load`]; a run that something else drives, a mode without a spring.
 pub fn load_plain(path: &Path, forced: Forced, command: &'static str) -> Result<Campaign, Error> {
     let campaign = load(path, forced)?;
-    campaign.require_displacement(command)?;
     campaign
         .runs
         .iter()

@@ -66,6 +66,11 @@ pub enum ObserverError {
         /// Its natural frequency in Hz.
         frequency_hz: f64,
     },
+    /// Poles for a sensor elsewhere than where the force acts.
+    #[error(
+        "the pole observer is placed by the transmission zeros of a sensor where the force acts, and the sensor looks elsewhere; use the smoother (--method kalman or stick-slip)"
+    )]
+    PolesElsewhere,
     /// A sensor that sees no mode.
     #[error(
         "where the sensor looks, none of the {count} modes moves (all its mode ratios are 0); measure elsewhere, away from the clamp"

@@ -64,6 +64,9 @@ pub fn observe(
     rule: &PoleRule,
     form: TimeForm,
 ) -> Result<Observed, ObserverError> {
+    if !structure.is_collocated() {
+        return Err(ObserverError::PolesElsewhere);
+    }
     let poles = rule.poles(structure, sample_interval, displacement)?;
     let stepper = match form {
         TimeForm::Discrete => Stepper::discrete(structure, &poles, sample_interval)?,
@@ -90,7 +93,7 @@ pub fn observe(
         poles,
     };
     // Start in static equilibrium with the first sample.
-    let force = first / structure.sensor_compliance();
+    let force = first / structure.static_compliance();
     let mut state = DVector::zeros(2 * n + 1);
     for (j, mode) in modes.iter().enumerate() {
         state[2 * j] = mode.modal_compliance() * force;
@@ -139,7 +142,7 @@ impl Stepper {
         let size = model.output.len();
         Ok(Self {
             gain: discrete_gain(structure, poles, interval)?,
-            output: model.reading,
+            output: model.output,
             transition: model.transition.clone(),
             early: DVector::zeros(size),
             late: DVector::zeros(size),
@@ -185,10 +188,10 @@ impl Stepper {
             .column(0)
             .into_owned();
         let held = response.view((0, size), (size, 1)).column(0).into_owned();
-        model.reading.fill(0.0);
+        model.output.fill(0.0);
         Ok(Self {
             gain: DVector::zeros(size),
-            output: model.reading,
+            output: model.output,
             transition: response.view((0, 0), (size, size)).into_owned(),
             early: held - &rise,
             late: rise,

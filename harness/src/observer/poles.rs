@@ -232,7 +232,7 @@ fn modal_gain(
             .modes()
             .iter()
             .enumerate()
-            .map(|(j, mode)| vectors[(2 * j, i)] * mode.sensor_value())
+            .map(|(j, mode)| vectors[(2 * j, i)] * mode.tip_value)
             .sum();
         // Factor by factor, so that no product over- or underflows.
         let mut gain = (values[i] - poles[i]) / seen;
@@ -300,7 +300,7 @@ pub fn observer_matrix(structure: &Structure, gain: &DVector<f64>) -> DMatrix<f6
     let mut a = extended_matrix(structure);
     for (j, mode) in structure.modes().iter().enumerate() {
         for row in 0..a.nrows() {
-            a[(row, 2 * j)] -= gain[row] * mode.sensor_value();
+            a[(row, 2 * j)] -= gain[row] * mode.tip_value;
         }
     }
     a

@@ -3,7 +3,9 @@
 use super::characteristic::{self, Point};
 use super::{Arguments, Method};
 use crate::measurement::{FaultKind, Run};
-use crate::metric::{StickVelocity, half_width, plateau, quantile, stick_velocity};
+use crate::metric::{
+    StickVelocity, half_width, measured_stick_velocity, plateau, quantile, stick_velocity,
+};
 use crate::observer::{
     BeltVelocity, Bin, Contact, CurveSettings, DwellResult, Estimate, FrictionCurve, LawFit,
     LawPoints, NormalForce, ObserverError, Phase, PhaseMode, PoleRule, SegmentSettings, Settings,
@@ -212,7 +214,7 @@ pub fn observe(
         drift: drift(y, interval),
         offset: None,
         pole_speeds: Vec::new(),
-        belt_in_stick: belt_in_stick(&record, &plain, run.belt_velocity),
+        belt_in_stick: belt_in_stick(&structure, &record, &plain, run.belt_velocity),
         remarks,
         force: plain.force.clone(),
         force_std: plain.force_std.clone(),
@@ -285,9 +287,18 @@ pub fn observe(
 }
 
 /// The belt's velocity from the stick phases, which are found without trusting the stated one.
-fn belt_in_stick(record: &UniformRecord, plain: &Smoothed, stated: f64) -> Option<StickVelocity> {
+fn belt_in_stick(
+    structure: &Structure,
+    record: &UniformRecord,
+    plain: &Smoothed,
+    stated: f64,
+) -> Option<StickVelocity> {
     let velocity_std = quantile(&plain.velocity_std, 0.5);
     let sticks = plateau(&plain.velocity, velocity_std, stated)?;
+    if !structure.is_collocated() {
+        // What is measured is the motion of another point.
+        return measured_stick_velocity(&plain.velocity, &sticks);
+    }
     stick_velocity(&record.time(), &record.displacement, &sticks)
 }
 
