@@ -107,6 +107,7 @@ fn val_the_model_of_a_rig_meets_its_velocities() {
     }
     let page = std::fs::read_to_string(folder.path().join("comparison/report.html")).unwrap();
     assert!(page.contains("tip velocity") && page.contains("mm/s"));
+    assert!(page.contains("Nothing measured contradicts"));
 }
 
 // Source: independent simulation (rig/), in which nothing is missing.

@@ -4,6 +4,7 @@ pub mod blind_test;
 pub mod check;
 pub mod compare;
 pub mod cross_check;
+mod data_quality;
 pub mod demo;
 pub mod diagnose;
 mod diagnose_page;

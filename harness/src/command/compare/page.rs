@@ -5,6 +5,7 @@ use super::pictures::{
     cycle_overlay, harmonic_error, phase_plane, residual, scores, spectra, time_series,
 };
 use super::terminal::FROM_STARTS;
+use crate::command::data_quality;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::metric::HARMONICS;
@@ -37,7 +38,8 @@ pub fn html(
              several motions coexist at one operating point. So the model is started from a grid of states, and each measured cycle is \
              compared with the most similar cycle that the model makes; the pictures show the model put together in this way. Its period \
              is the one exception: that is taken from the model's own motion, the one with the nearest amplitude.",
-        )
+        );
+    page = data_quality::section(page, campaign)
         .section("Harmonics")
         .figure(&harmonic_error(comparisons))
         .paragraph("Amplitudes at the multiples of the cycle frequency, model | measured.")

@@ -21,7 +21,7 @@ struct Entry<'a> {
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
     let entries = ranking(material);
-    let page = page.section(super::SECTIONS[3]).paragraph(&format!(
+    let page = page.section(super::SECTIONS[4]).paragraph(&format!(
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
          Its gain is that of the evidence (natural logarithm, nats) over the calibrated model: how much better the data fit, less the price of all that it may choose. \
          A first look ends after a few steps, since others came nearer to the data. \

@@ -14,7 +14,7 @@ const POINTS: usize = 4000;
 
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
-    let page = page.section(super::SECTIONS[4]).paragraph(
+    let page = page.section(super::SECTIONS[5]).paragraph(
         "The contact force is estimated from the measured displacement and the linear beam as given, without any friction law (Kalman smoother with unknown force). \
          The unexplained force is this force less the model's own along its predictions, over the normal force; samples within 0.5 ms of a transition are left out, where no estimate can follow the jump.",
     );

@@ -10,7 +10,7 @@ use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 /// The section: the errors run by run, and how they grow while predictions run on.
 pub fn section(page: Page, material: &Material) -> Page {
     let quantity = material.problem.campaign.measurand().name();
-    page.section(super::SECTIONS[0])
+    page.section(super::SECTIONS[1])
         .paragraph(&format!(
             "The error of each run, rung by rung, and over the time of a prediction. It is the root mean square of measured \
              less predicted {quantity} over the standard deviation of the {quantity}."

@@ -19,6 +19,7 @@ pub use verdict::likely;
 
 use std::path::Path;
 
+use crate::command::data_quality;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::Step;
@@ -30,7 +31,8 @@ use crate::report::{Axis, Figure, Page};
 use views::Views;
 
 /// Sections in their order; the banner links to them.
-const SECTIONS: [&str; 6] = [
+const SECTIONS: [&str; 7] = [
+    data_quality::TITLE,
     "Watch the error fall",
     "Where it fails",
     "Compare: before and after",
@@ -76,6 +78,7 @@ pub fn html(
     let page = verdict::banner(page, &material);
     let page = first_screen(page, &material);
     let page = verdict::words(page, &material);
+    let page = data_quality::section(page, &problem.campaign);
     let page = ladder::section(page, &material);
     let page = where_it_fails::section(page, &material);
     let page = forecast::section(page, &material);

@@ -13,7 +13,7 @@ const MILLI: f64 = 1e3;
 /// The section.
 pub fn section(page: Page, material: &Material) -> Page {
     let problem = material.problem;
-    let mut page = page.section(super::SECTIONS[2]).paragraph(&format!(
+    let mut page = page.section(super::SECTIONS[3]).paragraph(&format!(
         "Every prediction starts from an estimated state and runs for {:.0} ms; then the next one starts. Each picture shows the pieces of its run \
          that are most typical of it. On runs kept out of the fit, the pieces without prediction are those from which the run's own friction level was learnt.",
         MILLI * problem.horizon

@@ -35,7 +35,7 @@ pub fn section(page: Page, material: &Material) -> Page {
             material.diagnosis.verdict == Verdict::NoMissingEffect || material.steps.len() == 1,
         ),
     };
-    page.section(super::SECTIONS[1])
+    page.section(super::SECTIONS[2])
         .paragraph(&both.lead())
         .small_figures(&[
             &both.by_contact_phase(),
