@@ -8,6 +8,9 @@ use crate::measurement::SensorPlace;
 /// Standard deviations from the stated ratio within which it is sought: beyond, the campaign states another sensor.
 const REACH: f64 = 6.0;
 
+/// FMU variables with their values.
+type Fixed = Vec<(u32, f64)>;
+
 /// What a place of the sensor sets: parameters known as well as the campaign says of the structure's `modes` first modes, and values of
 /// those that effects may add. Nothing for a sensor at the tip.
 ///
@@ -17,7 +20,7 @@ pub fn sensor_ratios(
     fmu: &Fmu,
     place: &SensorPlace,
     modes: usize,
-) -> Result<(Vec<Parameter>, Vec<(u32, f64)>), Error> {
+) -> Result<(Vec<Parameter>, Fixed), Error> {
     let (mut known, mut given) = (Vec::new(), Vec::new());
     if place.is_tip() {
         return Ok((known, given));
