@@ -580,6 +580,27 @@ def test_a_campaign_of_another_channel_moves_as_that_of_displacements_and_has_it
         assert abs(left.mean() - offset) < 5 * noise / math.sqrt(len(left))
 
 
+def test_a_sensor_elsewhere_reads_the_modes_by_their_shapes_there(tmp_path):
+    """Campaign with the sensor stated at 0.7 of the length: what it shows is sum phi_j(s) q_j at the true place, which is near it."""
+    options = ["--kind", "none", "--count", "1", "--seed", "5", "--runs", "3", "--place", "0.7"]
+    (truth,), (stated,) = campaigns(tmp_path, *options)
+    assert stated["sensor"] == {"position": 0.7} and truth["place_stated"] == 0.7
+    assert 0 < abs(truth["place"] - 0.7) < 0.015
+    shown = np.loadtxt(tmp_path / "001" / "run01.csv", delimiter=",", skiprows=1)[:, 1]
+    record = replay(truth, 0, duration=1e-4 * shown.size)
+    there = 0.0
+    # The shapes by the beam's own equation, the fourth derivative of phi is k^4 phi; k of Blevins 1979, table 8-1.
+    for j, k in enumerate([1.87510407, 4.69409113]):
+        s = (math.cosh(k) + math.cos(k)) / (math.sinh(k) + math.sin(k))
+        bent = solve_ivp(lambda x, y: [k * y[1], k * y[2], k * y[3], k * y[0]], (0, 1), [0, 0, 1, -s],
+                         dense_output=True, rtol=1e-10, atol=1e-12)
+        ratio = bent.sol(truth["place"])[0] / bent.sol(1.0)[0]
+        there = there + ratio * record.phi[j] * record.y[: shown.size, j]
+    noise = shown - there
+    assert abs(noise.mean()) < 5 * truth["noise_m"] / math.sqrt(noise.size)
+    assert abs(noise.std() / truth["noise_m"] - 1) < 0.1
+
+
 def test_misstated_campaign_states_nominal_values_and_moves_by_the_true_ones(tmp_path):
     (truth,), (stated,) = campaigns(tmp_path, "--kind", "misstated", "--effect", "friction_drift", "--runs", "3", "--noise", "1e-7")
     assert stated["beam"] == NOMINAL
@@ -670,6 +691,9 @@ def test_kinds_choose_from_their_lists():
     ["--kind", "weak", "--effect", "third_mode"],
     ["--channel", "velocity", "--effect", "sensor_lag"],
     ["--channel", "acceleration", "--effect", "outside:sensor_drift"],
+    ["--place", "0.7", "--effect", "sensor_lag"],
+    ["--place", "0.7", "--channel", "acceleration"],
+    ["--place", "70"],
 ])
 def test_options_without_a_meaning_are_refused(options):
     with pytest.raises(SystemExit):
