@@ -126,7 +126,9 @@ fn a_place_gives_the_ratios_of_a_cantilever() {
 #[test]
 fn a_place_that_cannot_be_is_refused_with_its_line_and_what_to_do() {
     for (sensor, said) in [
-        ("[sensor]\nposition = 70", "from 0 to 1"),
+        ("[sensor]\nposition = 70", "to 1"),
+        ("[sensor]\nposition = 0", "nothing moves"),
+        ("[sensor]\nmode_ratios = [0.0, 0.0]", "sees no mode"),
         ("[sensor]\nmode_ratios = [0.6]", "has 1"),
         (
             "[sensor]\nposition = 0.7\nmode_ratios = [0.6, -0.5]",

@@ -182,9 +182,15 @@ fn a_formula_with_states_moves_as_the_catalogues_effect_does() {
             catalogue.effects.set_named(name, *value).unwrap();
         }
         let formula = user.expression.clone();
-        let mine = settled_motion(&with(user));
-        for (a, b) in settled_motion(&catalogue).iter().zip(&mine) {
-            assert!((a - b).abs() < 1e-9, "{formula}: {a} {b}");
+        let mut mine = with(user);
+        // At the tip, and where the modes have other values.
+        for ratios in [[1.0, 1.0], [0.6, -0.3]] {
+            catalogue.sensor_ratios[..2].copy_from_slice(&ratios);
+            mine.sensor_ratios = catalogue.sensor_ratios;
+            let moved = settled_motion(&mine);
+            for (a, b) in settled_motion(&catalogue).iter().zip(&moved) {
+                assert!((a - b).abs() < 1e-9, "{formula}: {a} {b}");
+            }
         }
     }
 }

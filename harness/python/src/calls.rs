@@ -225,8 +225,11 @@ impl Signals {
                     };
                     of(other, run.curves.model_other)?;
                     of("residual", run.curves.residual)?;
-                    let sticks = run.curves.measured_stick.sticks;
-                    curves.set_item("sticks", PyArray1::from_vec(py, sticks))?;
+                    // Stick shows at the tip alone.
+                    if run.measured.stick_fraction.is_finite() {
+                        let sticks = run.curves.measured_stick.sticks;
+                        curves.set_item("sticks", PyArray1::from_vec(py, sticks))?;
+                    }
                     curves.set_item("quantity", measurand.name())?;
                     curves.set_item("unit", measurand.unit())?;
                     list.append(curves)?;

@@ -31,7 +31,6 @@ pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict
     beam.set_item("damping_ratios", campaign.beam.damping_ratios)?;
     beam.set_item("masses_kg", campaign.beam.masses_kg)?;
     beam.set_item("tip_values", campaign.beam.tip_values)?;
-    beam.set_item("sensor_ratios", campaign.beam.sensor.ratios)?;
     let runs = PyList::empty(py);
     for run in campaign.runs {
         let inputs = PyDict::new(py);

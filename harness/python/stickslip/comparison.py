@@ -45,8 +45,8 @@ class RunComparison:
     """The same quantity."""
     residual: NDArray[np.float64]
     """Measured minus model."""
-    sticks: NDArray[np.bool_]
-    """Whether the tip moves with the belt, as measured."""
+    sticks: NDArray[np.bool_] | None = None
+    """Whether the tip moves with the belt, as measured; `None` where the sensor looks elsewhere."""
     model_velocity: NDArray[np.float64] | None = None
     """m/s, where a displacement was measured; NaN where two motions of the model meet."""
     model_displacement: NDArray[np.float64] | None = None

@@ -31,6 +31,10 @@ impl<'a> Examined<'a> {
             stiffness: stiffness(beam),
             lowest: springs.copied().reduce(f64::min),
         };
+        if !beam.sensor.is_tip() {
+            // Higher modes ring on there.
+            examined.motion.stick_speed = None;
+        }
         if !run.sustains_itself() {
             // Speeds and deflections of a driven motion are the drive's as much as the structure's, and those of one that
             // dies out are its start's.

@@ -20,7 +20,7 @@ use finding::gathered;
 pub use finding::{Finding, Severity};
 use serde::Serialize;
 
-use crate::measurement::{Campaign, Measurand, NoiseStd};
+use crate::measurement::{Campaign, Measurand, NoiseStd, Run};
 
 /// What was found in a campaign.
 #[derive(Debug, Clone, Serialize)]
@@ -32,6 +32,9 @@ pub struct Quality {
     /// What was measured.
     #[serde(skip)]
     pub measurand: Measurand,
+    /// Deflection where the sensor looks over that of the tip, if it looks elsewhere: all motions are those of the tip, by this share.
+    #[serde(skip)]
+    pub seen_share: Option<f64>,
     /// What there is to say, errors first.
     pub findings: Vec<Finding>,
 }
@@ -64,6 +67,13 @@ pub struct RunQuality {
 }
 
 impl Quality {
+    /// What numbers are of, where the sensor looks elsewhere than at the tip; empty where it does not.
+    pub fn elsewhere(&self) -> String {
+        self.seen_share.map_or_else(String::new, |share| {
+            format!("The sensor looks elsewhere: motions and noise are what it reads over {share:.3}, about those of the tip. ")
+        })
+    }
+
     /// The findings that are errors.
     pub fn errors(&self) -> impl Iterator<Item = &Finding> {
         self.findings
@@ -74,8 +84,9 @@ impl Quality {
 
 /// Looks at a campaign's data.
 pub fn check(campaign: &Campaign) -> Quality {
-    let mut runs: Vec<Examined> = campaign
-        .runs
+    let share = campaign.beam.seen_share();
+    let at_tip: Vec<Run> = campaign.runs.iter().map(|run| run.over(share)).collect();
+    let mut runs: Vec<Examined> = at_tip
         .iter()
         .map(|run| Examined::of(run, &campaign.beam))
         .collect();
@@ -110,6 +121,7 @@ pub fn check(campaign: &Campaign) -> Quality {
     Quality {
         campaign: campaign.name.clone(),
         measurand: campaign.measurand(),
+        seen_share: (!campaign.beam.sensor.is_tip()).then_some(share),
         runs: runs.iter().map(RunQuality::of).collect(),
         findings: gathered(findings),
     }

@@ -52,13 +52,10 @@ const WELL_IN_SLIP: f64 = 0.5;
 const FEWEST: usize = 50;
 
 impl Motion {
-    /// Of a run; `beam` says over how many samples the motion is smoothed, and where the sensor looks.
+    /// Of a run; `beam` says only over how many samples the motion is smoothed.
     pub fn of(run: &Run, beam: &BeamKnowledge) -> Motion {
-        // Away from the tip, as the tip moves while it is bent slowly.
-        let share = beam.seen_share();
-        let time = &run.time;
-        let values = &run.measured.iter().map(|y| y / share).collect::<Vec<f64>>();
-        let noise = run.noise.std / share.abs();
+        let (time, values) = (&run.time, &run.measured);
+        let noise = run.noise.std;
         let interval = run.sample_interval();
         let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
         let h = half as f64;

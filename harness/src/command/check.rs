@@ -97,6 +97,10 @@ fn page(quality: &Quality) -> String {
     if quality.findings.is_empty() {
         out += "Nothing contradicts what campaign.toml states.\n";
     }
+    let elsewhere = quality.elsewhere();
+    if !elsewhere.is_empty() {
+        out += &format!("{}\n", elsewhere.trim_end());
+    }
     out
 }
 

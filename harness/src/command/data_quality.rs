@@ -52,8 +52,9 @@ fn sentence(quality: &Quality) -> String {
             "What was measured contradicts what campaign.toml states (errors: {errors}, warnings: {warnings}; listed below)."
         ),
     };
+    let elsewhere = quality.elsewhere();
     format!(
-        "{said} In stick the contact moves with the belt; mean friction is the mean deflection times the static stiffness over the normal \
+        "{said} {elsewhere}In stick the contact moves with the belt; mean friction is the mean deflection times the static stiffness over the normal \
          force. A dash: not seen in these data."
     )
 }
@@ -122,6 +123,7 @@ mod tests {
             campaign: "rig".into(),
             runs: vec![run],
             measurand: Measurand::Velocity,
+            seen_share: None,
             findings: vec![finding],
         };
         let html = of(Page::new("Report", ""), &quality).html();

@@ -229,7 +229,15 @@ pub fn diagnose(
             }
             watch.stage(stages::KEPT_OUT);
             let steps = climb(problem, selection)?;
-            let diagnosis = report(fmu, problem, selection, &steps, "diagnose", output, watch)?;
+            let diagnosis = report(
+                fmu,
+                problem,
+                selection,
+                &steps,
+                ("diagnose", campaign),
+                output,
+                watch,
+            )?;
             if !watch.stop() && !matches!(search.null, Null::Later) {
                 problem.finished.remove()?;
             }
@@ -288,13 +296,13 @@ fn searched<R>(
     then(&mut problem, &mut selection)
 }
 
-/// Writes what a selection found into `output`.
+/// Writes what a selection found into `output`; with the command, and the campaign as it was stated.
 pub fn report(
     fmu: &Fmu,
     problem: &Problem,
     selection: &Selection,
     steps: &[Step],
-    command: &str,
+    (command, stated): (&str, &Campaign),
     output: &Path,
     watch: &dyn Watch,
 ) -> Result<Diagnosis, Error> {
@@ -326,7 +334,7 @@ pub fn report(
         selection,
         steps,
         &diagnosis,
-        output,
+        (output, stated),
         (&command, &provenance),
     )?;
     write_file(&output.join("report.html"), page.as_bytes())?;

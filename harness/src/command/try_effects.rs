@@ -119,7 +119,7 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Diagnosis, Er
         &problem,
         &selection,
         &steps,
-        &command,
+        (&command, &campaign),
         &arguments.output,
         watch,
     )

@@ -151,6 +151,16 @@ impl Run {
         }
     }
 
+    /// The same with what is measured, and its noise, over `share`.
+    pub fn over(&self, share: f64) -> Run {
+        let mut run = self.clone();
+        if share != 1.0 {
+            run.measured.iter_mut().for_each(|y| *y /= share);
+            run.noise.std /= share.abs();
+        }
+        run
+    }
+
     /// For each sample, whether it can be trusted (not clipped, not held).
     pub fn trusted(&self) -> Vec<bool> {
         let mut trusted = vec![true; self.time.len()];

@@ -14,6 +14,9 @@ const MODES: usize = 8;
 /// gives it.
 const POSITION_STD: f64 = 0.005;
 
+/// Nearest to the clamp, as a share of the length: there the first mode moves by 0.4 % of what it does at the tip.
+const LEAST_POSITION: f64 = 0.05;
+
 /// The table as it is written.
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
@@ -44,7 +47,9 @@ impl SensorPlace {
         let of = |j: usize| {
             let (shape, slope) = shape(wave_number(j), position);
             let (tip, _) = self::shape(wave_number(j), 1.0);
-            (shape / tip, (slope / tip).abs() * std)
+            // At an antinode the bend counts, which is of the size of b^2 / 2 at most.
+            let bend = 0.5 * wave_number(j).powi(2) * std * std;
+            (shape / tip, (slope / tip * std).hypot(bend))
         };
         let (ratios, stds) = (0..MODES).map(of).unzip();
         Self { ratios, stds }
@@ -103,9 +108,10 @@ impl BeamKnowledge {
             seen += ratio * bend;
             tip += bend;
         }
+        let larger = |a: f64, b: &f64| if b.abs() > a.abs() { *b } else { a };
         match tip > 0.0 && seen != 0.0 {
             true => seen / tip,
-            false => self.sensor.ratios[0],
+            false => self.sensor.ratios.iter().fold(0.0, larger),
         }
     }
 }
@@ -136,8 +142,8 @@ fn shape(b: f64, x: f64) -> (f64, f64) {
 }
 
 const ON_BEAM: Rule = (
-    |v| (0.0..=1.0).contains(&v),
-    "it is the share of the beam's length from the clamp, from 0 to 1",
+    |v| (LEAST_POSITION..=1.0).contains(&v),
+    "it is the share of the beam's length from the clamp, from 0.05 (nearer, nothing moves) to 1",
 );
 const STD: Rule = (
     |v| v > 0.0 && v <= 0.5,
@@ -170,7 +176,13 @@ impl Check<'_> {
                 })
             }
             (None, Some(ratios)) => {
-                if modes > 0 && ratios.len() != modes {
+                if modes == 0 {
+                    return Err(problem(
+                        ratios.first().map_or(0..0, Spanned::span),
+                        "mode_ratios under [sensor] belong to natural_frequencies_hz under [beam]; state these too",
+                    ));
+                }
+                if ratios.len() != modes {
                     return Err(Error::CampaignModes {
                         path: self.path.to_owned(),
                         key: "[sensor] mode_ratios".to_owned(),
@@ -180,6 +192,12 @@ impl Check<'_> {
                 }
                 let of = |ratio| self.number("[sensor] mode_ratios", "1", ANY, ratio);
                 let ratios: Vec<f64> = ratios.into_iter().map(of).collect::<Result<_, _>>()?;
+                if ratios.iter().all(|ratio| ratio.abs() < 1e-6) {
+                    return Err(problem(
+                        0..0,
+                        "all mode_ratios under [sensor] are 0: the sensor sees no mode; measure elsewhere",
+                    ));
+                }
                 let std = match raw.mode_ratios_std {
                     Some(std) => self.number("[sensor] mode_ratios_std", "1", STD, std)?,
                     None => TIP_VALUE_STD,

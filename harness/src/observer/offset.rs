@@ -116,9 +116,9 @@ pub fn offset_from_symmetry(
         .map(|(half, e)| ((half - mean) / (0.5 * e)).powi(2))
         .sum();
     let widen = (disagreement / (found.len() - 1) as f64).sqrt().max(1.0);
-    let scale = normal_force.at(0) * structure.static_compliance();
+    let scale = normal_force.at(0) * structure.sensor_compliance();
     Some(Estimate {
         value: scale * mean,
-        std: scale * 0.5 * widen / weight.sqrt(),
+        std: scale.abs() * 0.5 * widen / weight.sqrt(),
     })
 }

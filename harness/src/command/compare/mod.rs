@@ -194,6 +194,10 @@ pub fn compare(
     settings: &[(String, f64)],
     watch: &dyn Watch,
 ) -> Result<Vec<RunComparison>, Error> {
+    if !campaign.beam.sensor.is_tip() {
+        // Another FMU would be compared as if its sensor were there.
+        fmu.variable("mode[1].sensor_ratio")?;
+    }
     let samples = |run: &Run| run.time.len();
     let all = campaign.runs.iter().map(samples).sum();
     let held = Held::by(fmu)?;

@@ -141,8 +141,8 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
         run.belt_velocity_m_per_s + stick.tolerance,
     );
     let plot = Plot::new(
-        Axis::linear("tip displacement", "mm"),
-        Axis::linear("tip velocity", "m/s"),
+        Axis::linear(&format!("{} displacement", curves.place), "mm"),
+        Axis::linear(&format!("{} velocity", curves.place), "m/s"),
     );
     let plot = if stuck.is_empty() {
         plot
@@ -159,7 +159,12 @@ pub(super) fn phase_plane(run: &RunComparison) -> Plot {
             &[high; 2],
         )
     };
-    let caption = "Phase plane: velocity over displacement of the tip, the stick phase shaded where the measured tip keeps the belt's velocity.";
+    let caption = match curves.place {
+        "tip" => {
+            "Phase plane: velocity over displacement of the tip, the stick phase shaded where the measured tip keeps the belt's velocity."
+        }
+        _ => "Phase plane: velocity over displacement where the sensor looks.",
+    };
     let of_integral = match curves.measurand {
         Measurand::Displacement => "",
         Measurand::Velocity => " The displacement is the integral of the velocity, about its mean.",
@@ -239,7 +244,8 @@ pub(super) fn spectra(curves: &Curves) -> Plot {
         &scaled(&model.amplitude, MICRO),
     )
     .caption(&format!(
-        "Amplitude spectra of the tip {} (Hann window over the whole record); the joints between its cycles lift the floor of the model.",
+        "Amplitude spectra of the {} {} (Hann window over the whole record); the joints between its cycles lift the floor of the model.",
+        curves.place,
         curves.measurand.name()
     ))
 }

@@ -52,7 +52,7 @@ struct Material<'a> {
     views: Views,
 }
 
-/// The finished document; `command` is the command line that makes it anew, with the provenance of what it shows.
+/// The finished document, of a campaign as it was `stated`; `command` is the command line that makes it anew, with the provenance of what it shows.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -61,7 +61,7 @@ pub fn html(
     selection: &Selection,
     steps: &[Step],
     diagnosis: &Diagnosis,
-    output: &Path,
+    (output, stated): (&Path, &Campaign),
     (command, provenance): (&str, &Provenance),
 ) -> Result<String, Error> {
     let views = Views::new(problem, selection, steps, diagnosis)?;
@@ -78,7 +78,7 @@ pub fn html(
     let page = verdict::banner(page, &material);
     let page = first_screen(page, &material);
     let page = verdict::words(page, &material);
-    let page = data_quality::section(page, &problem.campaign);
+    let page = data_quality::section(page, stated);
     let page = ladder::section(page, &material);
     let page = where_it_fails::section(page, &material);
     let page = forecast::section(page, &material);

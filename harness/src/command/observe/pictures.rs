@@ -87,9 +87,12 @@ pub fn motion(o: &Observation, window: &std::ops::Range<usize>) -> Plot {
         Axis::linear("time", "s"),
         Axis::linear("tip displacement", unit),
     )
-    .caption("Measured displacement, and the displacement that goes with the estimated force.")
+    .caption("Measured displacement, and the displacement of the tip that goes with the estimated force.")
     .line(
-        "measured",
+        match o.structure.is_collocated() {
+            true => "measured",
+            false => "measured, where the sensor looks",
+        },
         Colour::Grey,
         &at(&o.time),
         &times(&at(&o.measured), factor),

@@ -107,15 +107,21 @@ pub fn measured(problem: &Problem, r: usize) -> Measured {
         name: run.name.clone(),
         time: run.time.iter().map(|t| (t - run.time[0]) as f32).collect(),
         reading: run.measured.iter().map(|m| *m as f32).collect(),
-        displacement: match run.measurand {
-            Measurand::Displacement => Vec::new(),
-            _ => read(&smoothed.displacement),
+        displacement: match reads_tip(problem) {
+            true => Vec::new(),
+            false => read(&smoothed.displacement),
         },
         velocity: read(&smoothed.velocity),
         relative: read(&stick_slip.relative_velocity),
         friction: friction.into_iter().map(|f| f / normal).collect(),
         break_aways: found.iter().map(break_away).collect(),
     }
+}
+
+/// Whether the sensor reads the displacement of the tip.
+fn reads_tip(problem: &Problem) -> bool {
+    let campaign = &problem.campaign;
+    campaign.beam.sensor.is_tip() && campaign.measurand() == Measurand::Displacement
 }
 
 /// Run `r` as predicted.
@@ -142,10 +148,9 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
     };
     let normal = scale[1] * run.normal_force;
     let count = run.time.len();
-    let is_displacement = run.measurand == Measurand::Displacement;
     let mut out = Curves {
         reading: vec![f32::NAN; count],
-        displacement: vec![f32::NAN; if is_displacement { 0 } else { count }],
+        displacement: vec![f32::NAN; if reads_tip(problem) { 0 } else { count }],
         residual: vec![f32::NAN; count],
         velocity: vec![f32::NAN; count],
         relative: vec![f32::NAN; count],
@@ -225,15 +230,19 @@ fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<M
         Ok(found) if is_wanted => Some(problem.references.observing(found.reference)),
         _ => None,
     };
+    // Away from the tip the sensor tells neither of what rubs.
+    let is_tip = problem.campaign.beam.sensor.is_tip();
+    let displacement = match is_tip {
+        true => output_of(problem.fmu, Measurand::Displacement),
+        false => problem.fmu.variable("tip_displacement"),
+    };
+    let velocity = match is_tip {
+        true => output_of(problem.fmu, Measurand::Velocity),
+        false => problem.fmu.variable("tip_velocity"),
+    };
     let observed = [
-        observing(
-            output_of(problem.fmu, Measurand::Displacement),
-            measurand != Measurand::Displacement,
-        ),
-        observing(
-            output_of(problem.fmu, Measurand::Velocity),
-            measurand == Measurand::Acceleration,
-        ),
+        observing(displacement, !reads_tip(problem)),
+        observing(velocity, !is_tip || measurand == Measurand::Acceleration),
         observing(problem.fmu.variable(FORCE), true),
     ];
     let mut motion = problem.predictor(h)?;

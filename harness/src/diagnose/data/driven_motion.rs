@@ -168,7 +168,12 @@ pub fn coarsen(structure: &Structure, run: &mut Run, horizon: f64, noise: f64) {
             Measurand::Acceleration => q_dot.iter().map(|v| differences(v, interval)).collect(),
         };
         let modes = structure.modes().iter().zip(&seen);
-        let sample = |k: usize| modes.clone().map(|(mode, q)| mode.tip_value * q[k]).sum();
+        let sample = |k: usize| {
+            modes
+                .clone()
+                .map(|(mode, q)| mode.sensor_value() * q[k])
+                .sum()
+        };
         (0..run.time.len()).map(sample).collect()
     };
     let all = with(REFINEMENT);

@@ -321,7 +321,8 @@ pub fn lowest_frequency(campaign: &Campaign, structure: &Structure, ranges: &[(f
     }
     let of_run = |(run, &(low, high)): (&crate::measurement::Run, &(f64, f64))| {
         let size = |a: f64, v: &f64| a.max(v.abs());
-        let half = 0.5 * (high - low);
+        // The range is of the tip, what is measured where the sensor looks.
+        let half = 0.5 * (high - low) * campaign.beam.seen_share().abs();
         let angular = match run.measurand {
             Measurand::Displacement => {
                 let speed = velocity(&run.time, &run.measured, SLOPE_HALF_WIDTH);

@@ -60,6 +60,18 @@ impl Compiled {
         }
     }
 
+    /// The motion at which formulas look: of a sensor where it looks, of all else that of the tip.
+    fn seen(&self, m: &Motion) -> Motion {
+        match self.target {
+            Target::Measurement => Motion {
+                displacement: m.sensor_displacement,
+                velocity: m.sensor_velocity,
+                ..*m
+            },
+            _ => *m,
+        }
+    }
+
     /// The states that formulas may use, without the belt's travel.
     fn own<'a>(&self, x: &'a [Real]) -> &'a [Real] {
         &x[..self.states.len()]
@@ -171,7 +183,7 @@ impl Effect for Compiled {
     }
     fn add_rates(&self, m: &Motion, contact: &ContactForce, x: &[Real], rates: &mut [Real]) {
         if !self.states.is_empty() {
-            let variable = values_with_force(m, contact, self.own(x));
+            let variable = values_with_force(&self.seen(m), contact, self.own(x));
             for (rate, state) in rates.iter_mut().zip(&self.states) {
                 *rate += state.rate.value(&variable);
             }
@@ -187,7 +199,7 @@ impl Effect for Compiled {
         self.jump(x, |state| state.on_break_away.as_ref());
     }
     fn settle(&self, m: &Motion, _contact: &ContactForce, x: &mut [Real]) {
-        let variable = values(m, &[]);
+        let variable = values(&self.seen(m), &[]);
         for (x, state) in x.iter_mut().zip(&self.states) {
             *x += state.start.value(&variable);
         }
@@ -196,7 +208,7 @@ impl Effect for Compiled {
         if self.target != Target::Measurement {
             return reading;
         }
-        let variable = values_with_reading(m, reading, self.own(x));
+        let variable = values_with_reading(&self.seen(m), reading, self.own(x));
         self.formula.value(&variable)
     }
     fn measures_linearly(&self) -> bool {
@@ -334,7 +346,7 @@ impl EffectSeries for Compiled {
         if self.target == Target::BeltVelocity {
             rates[self.states.len()] += registers[0][k];
         }
-        let mut variable = values_with_force(motion, contact, self.own(x));
+        let mut variable = values_with_force(&self.seen(motion), contact, self.own(x));
         if k > 0 {
             // Whether it sticks is a constant.
             variable[super::quantity::STICK] = ZERO;
