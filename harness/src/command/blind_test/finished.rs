@@ -82,3 +82,15 @@ impl Finisher {
         write_file(&folder.join(FILE), text.as_bytes())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    // Parsed the quick way, this number comes back one unit in the last place smaller.
+    #[test]
+    fn a_number_that_is_read_again_is_the_one_written() {
+        let number = 1.052_927_524_775_121_7_f64;
+        let written = serde_json::to_string(&number).unwrap();
+        let read: f64 = serde_json::from_str(&written).unwrap();
+        assert_eq!(read, number);
+    }
+}
