@@ -84,9 +84,13 @@ impl Quality {
 
 /// Looks at a campaign's data.
 pub fn check(campaign: &Campaign) -> Quality {
-    let share = campaign.beam.seen_share();
-    let at_tip: Vec<Run> = campaign.runs.iter().map(|run| run.over(share)).collect();
+    let is_tip = campaign.beam.sensor.is_tip();
+    let seen_share = (!is_tip).then(|| campaign.beam.seen_share());
+    let at_tip: Option<Vec<Run>> =
+        seen_share.map(|share| campaign.runs.iter().map(|run| run.over(share)).collect());
     let mut runs: Vec<Examined> = at_tip
+        .as_ref()
+        .unwrap_or(&campaign.runs)
         .iter()
         .map(|run| Examined::of(run, &campaign.beam))
         .collect();
@@ -121,7 +125,7 @@ pub fn check(campaign: &Campaign) -> Quality {
     Quality {
         campaign: campaign.name.clone(),
         measurand: campaign.measurand(),
-        seen_share: (!campaign.beam.sensor.is_tip()).then_some(share),
+        seen_share,
         runs: runs.iter().map(RunQuality::of).collect(),
         findings: gathered(findings),
     }

@@ -154,10 +154,8 @@ impl Run {
     /// The same with what is measured, and its noise, over `share`.
     pub fn over(&self, share: f64) -> Run {
         let mut run = self.clone();
-        if share != 1.0 {
-            run.measured.iter_mut().for_each(|y| *y /= share);
-            run.noise.std /= share.abs();
-        }
+        run.measured.iter_mut().for_each(|y| *y /= share);
+        run.noise.std /= share.abs();
         run
     }
 

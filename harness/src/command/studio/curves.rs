@@ -232,17 +232,16 @@ fn motions(problem: &Problem, of: &Predicted, indices: &[usize]) -> Result<Vec<M
     };
     // Away from the tip the sensor tells neither of what rubs.
     let is_tip = problem.campaign.beam.sensor.is_tip();
-    let displacement = match is_tip {
-        true => output_of(problem.fmu, Measurand::Displacement),
-        false => problem.fmu.variable("tip_displacement"),
-    };
-    let velocity = match is_tip {
-        true => output_of(problem.fmu, Measurand::Velocity),
-        false => problem.fmu.variable("tip_velocity"),
+    let of_tip = |measurand: Measurand| match is_tip {
+        true => output_of(problem.fmu, measurand),
+        false => problem.fmu.variable(&format!("tip_{}", measurand.name())),
     };
     let observed = [
-        observing(displacement, !reads_tip(problem)),
-        observing(velocity, !is_tip || measurand == Measurand::Acceleration),
+        observing(of_tip(Measurand::Displacement), !reads_tip(problem)),
+        observing(
+            of_tip(Measurand::Velocity),
+            !is_tip || measurand == Measurand::Acceleration,
+        ),
         observing(problem.fmu.variable(FORCE), true),
     ];
     let mut motion = problem.predictor(h)?;
