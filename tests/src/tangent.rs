@@ -50,6 +50,27 @@ type Tangents = unsafe extern "C" fn(
     *mut f64,
 ) -> c_int;
 
+type OutputTangents = unsafe extern "C" fn(
+    *mut c_void,
+    *const f64,
+    usize,
+    *const u32,
+    usize,
+    *const usize,
+    usize,
+    *const u32,
+    *const f64,
+    usize,
+    *const u32,
+    usize,
+    *const f64,
+    usize,
+    *const f64,
+    *const f64,
+    *mut f64,
+    *mut f64,
+) -> c_int;
+
 /// Values of an output, and its derivatives along each direction.
 type Derivatives = (Vec<f64>, Vec<Vec<f64>>);
 
@@ -150,5 +171,57 @@ impl Slave {
             )
         };
         lists.answer(times, status)
+    }
+
+    /// Several outputs of one motion, each with its derivatives.
+    ///
+    /// # Errors
+    /// The status returned.
+    pub fn output_tangents(
+        &self,
+        times: &[f64],
+        outputs: &[&str],
+        directions: &[Vec<(&str, f64)>],
+    ) -> Result<Vec<Derivatives>, c_int> {
+        let mut lists = Lists::new(times, directions);
+        let references: Vec<u32> = outputs.iter().map(|name| reference(name)).collect();
+        let count = times.len() * outputs.len();
+        lists.values.resize(count, 0.0);
+        lists.slopes.resize(count * directions.len(), 0.0);
+        let none: *const f64 = std::ptr::null();
+        // SAFETY: the type is that of the export, the lists have the announced lengths.
+        let status = unsafe {
+            function::<OutputTangents>("stickslipOutputTangents")(
+                self.component,
+                times.as_ptr(),
+                times.len(),
+                references.as_ptr(),
+                references.len(),
+                lists.sizes.as_ptr(),
+                lists.sizes.len(),
+                lists.references.as_ptr(),
+                lists.changes.as_ptr(),
+                lists.changes.len(),
+                std::ptr::null(),
+                0,
+                none,
+                0,
+                none,
+                none,
+                lists.values.as_mut_ptr(),
+                lists.slopes.as_mut_ptr(),
+            )
+        };
+        if status != crate::slave::OK {
+            return Err(status);
+        }
+        let of_output = |i: usize| {
+            let part = |list: &[f64]| list[i * times.len()..(i + 1) * times.len()].to_vec();
+            (
+                part(&lists.values),
+                lists.slopes.chunks(count).map(part).collect(),
+            )
+        };
+        Ok((0..outputs.len()).map(of_output).collect())
     }
 }

@@ -1,5 +1,5 @@
-//! Two functions beyond the standard: a motion with its derivatives by parameters and start values, and the same for a
-//! motion that inputs drive.
+//! Functions beyond the standard: a motion with its derivatives by parameters and start values, the same for a motion that
+//! inputs drive, and the same for several outputs of it.
 //!
 //! A calibration sets the FMU's variables by `fmi2SetReal` and `fmi2SetInteger` as ever, and calls `stickslipTangents` in
 //! place of steps. Masters that do not know the functions never see them. Decision: docs/adr/0012-tangents.md.
@@ -15,7 +15,7 @@ use crate::tangent::{Answer, Course, Direction, Request};
 use crate::types::Component;
 use std::ffi::c_int;
 
-/// Writes the output with value reference `output` at `time_count` rising times in s, the first of which is the start of the
+/// Writes the output with value reference `output` (an output of the motion, or a modal displacement or velocity) at `time_count` rising times in s, the first of which is the start of the
 /// motion, to `values`, and its derivatives along each of the directions to `slopes`, direction after direction, each as long
 /// as `values`. Direction i changes the `sizes[i]` next of the variables `references` by `changes` each.
 ///
@@ -83,6 +83,55 @@ pub unsafe extern "C" fn stickslipDrivenTangents(
     values: *mut f64,
     slopes: *mut f64,
 ) -> c_int {
+    // SAFETY: contract of this module.
+    unsafe {
+        stickslipOutputTangents(
+            component,
+            times,
+            time_count,
+            &raw const output,
+            1,
+            sizes,
+            direction_count,
+            references,
+            changes,
+            change_count,
+            inputs,
+            input_count,
+            begins,
+            piece_count,
+            factors,
+            rates,
+            values,
+            slopes,
+        )
+    }
+}
+
+/// [`stickslipDrivenTangents`] of the `output_count` outputs with value references `outputs`, at least one, of one motion:
+/// `values` holds output after output, each as long as `times`, and `slopes` direction after direction, each as long as
+/// `values`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn stickslipOutputTangents(
+    component: Component,
+    times: *const f64,
+    time_count: usize,
+    outputs: *const u32,
+    output_count: usize,
+    sizes: *const usize,
+    direction_count: usize,
+    references: *const u32,
+    changes: *const f64,
+    change_count: usize,
+    inputs: *const u32,
+    input_count: usize,
+    begins: *const f64,
+    piece_count: usize,
+    factors: *const f64,
+    rates: *const f64,
+    values: *mut f64,
+    slopes: *mut f64,
+) -> c_int {
     let function = Function::SetReal;
     // SAFETY: contract of this module: lists have the announced lengths.
     unsafe {
@@ -91,10 +140,12 @@ pub unsafe extern "C" fn stickslipDrivenTangents(
             let sizes = slice(sizes, direction_count, function, "sizes")?;
             let mut references = slice(references, change_count, function, "references")?;
             let mut changes = slice(changes, change_count, function, "changes")?;
-            let values = slice_mut(values, time_count, function, "values")?;
+            let outputs = slice(outputs, output_count, function, "outputs")?;
+            let value_count = time_count.saturating_mul(output_count);
+            let values = slice_mut(values, value_count, function, "values")?;
             let slopes = slice_mut(
                 slopes,
-                time_count.saturating_mul(direction_count),
+                value_count.saturating_mul(direction_count),
                 function,
                 "slopes",
             )?;
@@ -115,6 +166,9 @@ pub unsafe extern "C" fn stickslipDrivenTangents(
             if sizes.iter().sum::<usize>() != change_count {
                 let sum = sizes.iter().sum::<usize>() as f64;
                 return Err(wrong("sizes", sum, "as many in all as there are changes"));
+            }
+            if outputs.is_empty() {
+                return Err(wrong("outputs", 0.0, "at least one"));
             }
             if time_count == 0 || !times.is_sorted() || !times.iter().all(|t| t.is_finite()) {
                 return Err(wrong(
@@ -148,7 +202,7 @@ pub unsafe extern "C" fn stickslipDrivenTangents(
                 .collect();
             let request = Request {
                 times,
-                output,
+                outputs,
                 directions,
                 course,
             };

@@ -5,15 +5,16 @@ use crate::instance::Content;
 use crate::setup::PLACES;
 use crate::status::Fault;
 use crate::values::{Access, find};
-use beam_model_description::{Layout, Quantity, UserCard};
+use beam_model_description::{Layout, ModeItem, Quantity, UserCard};
 use beam_physics::effects::user_expression as plain_effect;
 use beam_tangent as physics;
 use physics::belt::Inputs;
 use physics::effects::user_expression::{Target, UserEffect, UserParameter, UserState, UserTable};
 use physics::error::PhysicsError;
 use physics::integrate::MAX_STATES;
+use physics::model::Model;
 use physics::real::{Real, real};
-use physics::simulate::Simulation;
+use physics::simulate::{Outputs, Row, Simulation};
 use physics::tangent::DIRECTIONS;
 
 // Of the one set-up, what only steps and states need is not used here.
@@ -28,8 +29,8 @@ pub type Direction<'a> = (&'a [u32], &'a [f64]);
 pub struct Request<'a> {
     /// Rising times in s, the first of which is the start.
     pub times: &'a [f64],
-    /// Value reference of the output.
-    pub output: u32,
+    /// Value references of the outputs, at least one.
+    pub outputs: &'a [u32],
     /// Directions of the derivatives.
     pub directions: Vec<Direction<'a>>,
     /// What inputs do in the course of the motion.
@@ -53,9 +54,9 @@ pub struct Course<'a> {
 
 /// Where it is written.
 pub struct Answer<'a> {
-    /// The output at each time.
+    /// The outputs at each time, output after output.
     pub values: &'a mut [f64],
-    /// Its derivatives, direction after direction.
+    /// Their derivatives, direction after direction, each as `values`.
     pub slopes: &'a mut [f64],
 }
 
@@ -84,15 +85,104 @@ fn of_model(layout: &Layout, seeds: &[Seed]) -> Vec<Seed> {
     seeds.iter().map(one).collect()
 }
 
-/// What can be observed along a motion with its derivatives.
+/// What can be observed along a motion with its derivatives. Rates: 0 for a displacement, 1 for a velocity.
 #[derive(Clone, Copy)]
-enum Observed {
+enum Observable {
+    /// Displacement after the measuring chain.
     Measured,
-    Displacement,
-    Velocity,
-    Acceleration,
-    MeasuredVelocity,
-    MeasuredAcceleration,
+    /// Displacement or velocity of the tip.
+    Tip(usize),
+    /// Velocity where the sensor looks.
+    SensorVelocity,
+    /// Displacement or velocity of the mode with this index.
+    Mode(usize, usize),
+    /// Not linear in the state, since friction passes through it at once.
+    Evaluated(fn(&Outputs) -> Real),
+}
+
+impl Observable {
+    /// What an output is; `None` for all that can't be observed so.
+    fn of(quantity: Quantity) -> Option<Self> {
+        Some(match quantity {
+            Quantity::MeasuredDisplacement => Self::Measured,
+            Quantity::TipDisplacement => Self::Tip(0),
+            Quantity::TipVelocity => Self::Tip(1),
+            Quantity::MeasuredVelocity => Self::SensorVelocity,
+            Quantity::Mode(j, ModeItem::Displacement) => Self::Mode(j, 0),
+            Quantity::Mode(j, ModeItem::Velocity) => Self::Mode(j, 1),
+            Quantity::TipAcceleration => Self::Evaluated(|o| o.acceleration),
+            Quantity::MeasuredAcceleration => Self::Evaluated(|o| o.measured_acceleration),
+            Quantity::FrictionForce => Self::Evaluated(|o| o.friction_force),
+            _ => return None,
+        })
+    }
+
+    /// The same in a model.
+    fn seen_in(self, model: &Model) -> Observed {
+        let (modes, mut row) = (model.beam().modes(), [real(0.0); MAX_STATES]);
+        match self {
+            Self::Evaluated(of) => return Observed::Evaluated(of),
+            Self::Measured => {
+                return match model.measured_row() {
+                    Some(row) => Observed::Row(row.into()),
+                    None => Observed::Evaluated(|o| o.measured_displacement),
+                };
+            }
+            Self::Tip(rate) => modes
+                .iter()
+                .enumerate()
+                .for_each(|(j, mode)| row[2 * j + rate] = mode.tip_value),
+            Self::SensorVelocity => modes
+                .iter()
+                .zip(model.sensor_values())
+                .enumerate()
+                .for_each(|(j, (_, value))| row[2 * j + 1] = value),
+            // A mode that the model does not have does not move.
+            Self::Mode(j, rate) if j < modes.len() => row[2 * j + rate] = real(1.0),
+            Self::Mode(..) => {}
+        }
+        Observed::Row(Box::new((row, real(0.0))))
+    }
+}
+
+/// An output along the motion of a model.
+enum Observed {
+    /// Linear in the state.
+    Row(Box<Row>),
+    /// Of all that can be observed at a time.
+    Evaluated(fn(&Outputs) -> Real),
+}
+
+/// Advances through the rising `times` in s and writes the outputs at each, time after time.
+fn sample(
+    run: &mut Simulation,
+    times: &[f64],
+    observed: &[Observed],
+    out: &mut Vec<Real>,
+) -> Result<(), PhysicsError> {
+    let rows: Option<Vec<Row>> = observed
+        .iter()
+        .map(|o| match o {
+            Observed::Row(row) => Some(**row),
+            Observed::Evaluated(_) => None,
+        })
+        .collect();
+    if let Some(rows) = rows {
+        return run.sample(times, &rows, out);
+    }
+    for &time in times {
+        run.advance_to(real(time))?;
+        let (outputs, state) = (run.outputs(), run.state());
+        out.extend(observed.iter().map(|o| match o {
+            Observed::Row(output) => {
+                let (row, offset) = &**output;
+                let terms = row.iter().zip(&state);
+                terms.fold(*offset, |sum, (a, x)| sum + *a * *x)
+            }
+            Observed::Evaluated(of) => of(&outputs),
+        }));
+    }
+    Ok(())
 }
 
 impl Content {
@@ -107,7 +197,11 @@ impl Content {
         request: &Request,
         answer: Answer,
     ) -> Result<(), Fault> {
-        let observed = self.observed(request.output)?;
+        let observed = request
+            .outputs
+            .iter()
+            .map(|&output| self.observable(output))
+            .collect::<Result<Vec<_>, Fault>>()?;
         let seeded = request
             .directions
             .iter()
@@ -117,46 +211,43 @@ impl Content {
         let course = self.course(&request.course)?;
         let groups = seeded
             .chunks(DIRECTIONS)
-            .zip(answer.slopes.chunks_mut(DIRECTIONS * times.len()));
+            .zip(answer.slopes.chunks_mut(DIRECTIONS * answer.values.len()));
         let mut follow = |number: usize, seeds: &[Seed]| {
-            let followed = self.follow(room, number, (times, &course), seeds, observed);
+            let followed = self.follow(room, number, (times, &course), seeds, &observed);
             followed.map_err(|cause| Fault::NotFollowed {
                 time: times[0],
                 cause,
             })
         };
+        // Found time after time, asked for output after output.
+        let (count, width) = (times.len(), observed.len());
+        let place = |i: usize| (i % width) * count + i / width;
         if seeded.is_empty() {
-            let out = follow(0, &[])?;
-            for (value, y) in answer.values.iter_mut().zip(&out) {
-                *value = y.value;
+            for (i, y) in follow(0, &[])?.iter().enumerate() {
+                answer.values[place(i)] = y.value;
             }
         }
+        let length = answer.values.len();
         for (number, (seeds, slopes)) in groups.enumerate() {
-            for (k, y) in follow(number, seeds)?.iter().enumerate() {
+            for (i, y) in follow(number, seeds)?.iter().enumerate() {
+                let k = place(i);
                 answer.values[k] = y.value;
-                for (i, slopes) in slopes.chunks_mut(times.len()).enumerate() {
-                    slopes[k] = y.slope.get(i);
+                for (direction, slopes) in slopes.chunks_mut(length).enumerate() {
+                    slopes[k] = y.slope.get(direction);
                 }
             }
         }
         Ok(())
     }
 
-    fn observed(&self, output: u32) -> Result<Observed, Fault> {
+    /// What the output with a value reference is.
+    fn observable(&self, output: u32) -> Result<Observable, Fault> {
         let index = find(self.layout, output, Access::Real)?;
         let variable = &self.layout.variables()[index];
-        match variable.quantity {
-            Quantity::MeasuredDisplacement => Ok(Observed::Measured),
-            Quantity::TipDisplacement => Ok(Observed::Displacement),
-            Quantity::TipVelocity => Ok(Observed::Velocity),
-            Quantity::TipAcceleration => Ok(Observed::Acceleration),
-            Quantity::MeasuredVelocity => Ok(Observed::MeasuredVelocity),
-            Quantity::MeasuredAcceleration => Ok(Observed::MeasuredAcceleration),
-            _ => Err(Fault::Unsupported {
-                function: crate::lifecycle::Function::SetReal,
-                what: format!("derivatives of '{}' along a motion", variable.name),
-            }),
-        }
+        Observable::of(variable.quantity).ok_or_else(|| Fault::Unsupported {
+            function: crate::lifecycle::Function::SetReal,
+            what: format!("derivatives of '{}' along a motion", variable.name),
+        })
     }
 
     /// Indices of the variables that a direction changes, and by how much.
@@ -207,14 +298,14 @@ impl Content {
         Ok(course.begins.iter().enumerate().map(piece).collect())
     }
 
-    /// The output at `times` with derivatives by at most [`DIRECTIONS`] directions, the group with this number.
+    /// The outputs at `times`, time after time, with derivatives by at most [`DIRECTIONS`] directions, the group with this number.
     fn follow(
         &self,
         room: &mut Room,
         number: usize,
         (times, course): (&[f64], &[Piece]),
         seeds: &[Seed],
-        observed: Observed,
+        observed: &[Observable],
     ) -> Result<Vec<Real>, PhysicsError> {
         let mut seeded: Vec<Real> = self.values.iter().map(|v| real(*v)).collect();
         for (i, seed) in seeds.iter().enumerate() {
@@ -269,43 +360,13 @@ impl Content {
                 &mut group.run
             }
         };
-        let mut row = [real(0.0); MAX_STATES];
-        let modes = run.model().beam().modes().iter();
-        match observed {
-            Observed::Displacement => modes
-                .enumerate()
-                .for_each(|(j, mode)| row[2 * j] = mode.tip_value),
-            Observed::Velocity => modes
-                .enumerate()
-                .for_each(|(j, mode)| row[2 * j + 1] = mode.tip_value),
-            Observed::MeasuredVelocity => modes
-                .zip(run.model().sensor_values())
-                .enumerate()
-                .for_each(|(j, (_, value))| row[2 * j + 1] = value),
-            Observed::Measured | Observed::Acceleration | Observed::MeasuredAcceleration => {}
-        }
-        // Not linear in the state: friction passes through it at once.
-        let acceleration = |run: &mut Simulation| match observed {
-            Observed::Acceleration => Some(run.outputs().acceleration),
-            Observed::MeasuredAcceleration => Some(run.outputs().measured_acceleration),
-            _ => None,
-        };
-        let mut out = Vec::with_capacity(times.len());
-        let mut sample = |run: &mut Simulation, times: &[f64]| match observed {
-            Observed::Measured => run.sample_measured(times, &mut out),
-            Observed::Acceleration | Observed::MeasuredAcceleration => {
-                times.iter().try_for_each(|time| {
-                    run.advance_to(real(*time))?;
-                    out.extend(acceleration(run));
-                    Ok(())
-                })
-            }
-            _ => run.sample(times, &row, real(0.0), &mut out),
-        };
+        let model = run.model();
+        let observed: Vec<Observed> = observed.iter().map(|o| o.seen_in(model)).collect();
+        let mut out = Vec::with_capacity(times.len() * observed.len());
         let mut left = times;
         for piece in course.iter().skip(1) {
             let (within, after) = left.split_at(left.partition_point(|time| *time <= piece.begin));
-            sample(run, within)?;
+            sample(run, within, &observed, &mut out)?;
             left = after;
             if left.is_empty() {
                 break;
@@ -313,7 +374,7 @@ impl Content {
             run.advance_to(real(piece.begin))?;
             run.set_inputs(piece.inputs(&plain, piece.begin))?;
         }
-        sample(run, left)?;
+        sample(run, left, &observed, &mut out)?;
         Ok(out)
     }
 }

@@ -22,6 +22,7 @@ use crate::model::Model;
 use crate::model::series::Workspace;
 use crate::parameters::ModelParameters;
 use crate::real::{Real, ZERO, root, value};
+pub use sample::Row;
 use std::sync::Arc;
 #[cfg(not(feature = "tangent"))]
 pub(crate) use stick::DEPARTURE_VELOCITY;
