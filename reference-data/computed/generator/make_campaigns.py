@@ -25,6 +25,10 @@ does (a sample just there has the value after it), and no filter of the sensor r
 With --place X the sensor looks at the share X of the length and not at the tip, "place_stated" in truth.json; "place" is where it truly looks,
 a few thousandths beside. No effect of the sensor is hidden then either.
 
+With --further QUANTITY or QUANTITY@X a further sensor reads displacement, velocity, acceleration or friction_force in the same samples,
+at the tip or at the share X of the length; the option may be repeated. "further" in truth.json: quantity, place stated and true, gain (true
+factor over stated one, 1), noise and, for each run, offset (SI).
+
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
 kind: what sort of campaign it is: KIND, but for mixed, and outside-new-physics where the effect is one of simulate.NEW_PHYSICS.
@@ -36,6 +40,7 @@ visibility: root-mean-square difference over 40 ms with and without the effect, 
 import argparse
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,6 +62,11 @@ UNIT = {"displacement": "m", "velocity": "m_per_s", "acceleration": "m_per_s2"} 
 # rms over 5 kHz, the more the smaller they are and the larger their range, and a light one of some 2000 m/s^2 is needed here; the noise
 # of cable and input adds to it. At an rms tip acceleration of some 150 m/s^2 that is 78 to 50 dB.
 NOISE = {"displacement": (5e-8, 2e-6), "velocity": (5e-5, 5e-4), "acceleration": (0.02, 0.5)}
+# Of further sensors, and besides that of a friction force: a load cell of 500 N has some 0.01 to 0.1 % of its range over 5 kHz.
+FURTHER_NOISE = NOISE | {"friction_force": (0.05, 0.5)}
+# Of the zero of a further sensor from run to run: half a micrometre, of a vibrometer, of an accelerometer as below, of a load cell.
+FURTHER_OFFSET = {"displacement": 5e-7, "velocity": 1e-4, "acceleration": 0.02, "friction_force": 0.2}
+FURTHER_UNIT = UNIT | {"friction_force": "n"}
 RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6, "acceleration": 1e-3}  # steps of the display, m, m/s, m/s^2
 # Standard deviation of the offset from run to run, m, m/s, m/s^2. An accelerometer's is what is left of the bias of its electronics
 # behind the coupling capacitor and the input's own: up to some 0.05 m/s^2, 0.05 mV at 1 mV/(m/s^2).
@@ -224,6 +234,29 @@ def shown(record, channel, place=None):
     return getattr(record, {"displacement": "measured", "velocity": "wd", "acceleration": "acceleration"}[channel])
 
 
+def draw_further(rng, wanted, runs):
+    """A further sensor, QUANTITY or QUANTITY@X: its calibration is off by about 1 %, its place by a few thousandths of the length."""
+    quantity, _, place = wanted.partition("@")
+    sensor = {"quantity": quantity, "gain": 1 + 0.01 * float(np.clip(rng.standard_normal(), -2.5, 2.5)),
+              "noise": log_uniform(rng, *FURTHER_NOISE[quantity]),
+              "offsets": [FURTHER_OFFSET[quantity] * float(rng.standard_normal()) for _ in range(runs)]}
+    if place:
+        sensor |= {"place_stated": float(place), "place": float(place) + 0.003 * float(rng.standard_normal())}
+    return sensor
+
+
+def further_column(sensor, record, i, rng):
+    """Header and values (SI) of a further sensor in run i (from 0)."""
+    quantity = sensor["quantity"]
+    tip = {"displacement": "w", "velocity": "wd", "acceleration": "acceleration", "friction_force": "force"}
+    place = sensor.get("place")
+    x = getattr(record, tip[quantity]) if place is None else shown(record, quantity, place)
+    x = x[:-1] * sensor["gain"] + sensor["offsets"][i]
+    x = x + sensor["noise"] * rng.standard_normal(x.size)
+    at = "" if place is None else f"_at_{sensor['place_stated']:g}"
+    return f"{quantity}{at}_{FURTHER_UNIT[quantity]}", x
+
+
 def run_effects(effects, run):
     """The effects with the values of their own that a run has (phases, place on the belt)."""
     return {name: {**values, **run["own"].get(name, {})} for name, values in effects.items()}
@@ -367,6 +400,8 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         truth["channel"] = args.channel
     if place is not None:
         truth |= {"place": place, "place_stated": args.place}
+    if args.further:
+        truth["further"] = [draw_further(rng, wanted, len(runs)) for wanted in args.further]
     if args.kind == "misstated":
         truth |= {"drive": rig.drive, "weight": rig.weight, "tip": with_effects(rig, effects).tip_values().tolist()}
     return truth, records
@@ -387,12 +422,16 @@ def replay(truth, i, duration=0.6, dt=1e-4):
                     level=run["friction_level"])
 
 
-def write_run(folder, file, run, record, noise, rng, channel="displacement", place=None):
-    """One CSV: the measured channel, offset, white noise, display steps (m, m/s, m/s^2). Returns its lines of campaign.toml."""
+def write_run(folder, file, run, record, noise, rng, channel="displacement", place=None, further=()):
+    """One CSV: the measured channel, offset, white noise, display steps (m, m/s, m/s^2), and further columns (header, values).
+
+    Returns its lines of campaign.toml."""
     t, x = record.t[:-1], shown(record, channel, place)[:-1]
     x = x + run[f"offset_{UNIT[channel]}"] + noise * rng.standard_normal(x.size)
     x = np.round(x / RESOLUTION[channel]) * RESOLUTION[channel]
-    text = [f"time_s,tip_{channel}_{UNIT[channel]}"] + [f"{a:.4f},{b:.10f}" for a, b in zip(t, x)]
+    heads = "".join(f",{head}" for head, _ in further)
+    text = [f"time_s,tip_{channel}_{UNIT[channel]}{heads}"]
+    text += [f"{a:.4f},{b:.10f}" + "".join(f",{values[k]:.10f}" for _, values in further) for k, (a, b) in enumerate(zip(t, x))]
     (folder / file).write_text("\n".join(text) + "\n")
     return ["", "[[run]]", f'file = "{file}"', f"belt_velocity_m_per_s = {run['belt_velocity_m_per_s']:g}",
             f"normal_force_n = {run['normal_force_n']:g}"]
@@ -410,11 +449,18 @@ def write_campaign(folder, name, truth, records, rng):
     lines += [f"{key} = {value}" for key, value in NOMINAL.items()]
     if "place" in truth:
         lines += ["", "[sensor]", f"position = {truth['place_stated']:g}"]
-    if channel != "displacement":
+    sensors = truth.get("further", [])
+    for sensor in sensors:
+        head, _ = further_column(sensor, records[0], 0, np.random.default_rng(0))
+        lines += ["", "[[further_sensor]]", f'quantity = "{sensor["quantity"]}"', f'column = "{head}"']
+        if "place_stated" in sensor:
+            lines += [f"position = {sensor['place_stated']:g}"]
+    if channel != "displacement" or sensors:
         lines += ["", "[channels]", f'{channel}_column = "tip_{channel}_{UNIT[channel]}"']
     noise = truth[f"noise_{UNIT[channel]}"]
-    for i, (run, record) in enumerate(zip(truth["runs"], records), 1):
-        lines += write_run(folder, f"run{i:02d}.csv", run, record, noise, rng, channel, truth.get("place"))
+    for i, (run, record) in enumerate(zip(truth["runs"], records)):
+        further = [further_column(sensor, record, i, rng) for sensor in sensors]
+        lines += write_run(folder, f"run{i + 1:02d}.csv", run, record, noise, rng, channel, truth.get("place"), further)
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
@@ -474,6 +520,7 @@ def parser():
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
     p.add_argument("--channel", choices=list(UNIT), default="displacement", help="what the sensor measures")
     p.add_argument("--place", type=float, help="the sensor looks at this share of the beam's length from the clamp, 1; without it at the tip")
+    p.add_argument("--further", action="append", default=[], metavar="QUANTITY[@X]", help="a further sensor; may be repeated")
     p.add_argument("--noise", type=float, default=0.0,
                    help="standard deviation, m (m/s, m/s^2); 0 draws it from 0.05 to 2 micrometres, and is 2 micrometres with --kind weak; "
                         "of a velocity from 0.05 to 0.5 mm/s, and 0.5 mm/s; of an acceleration from 0.02 to 0.5 m/s^2, and 0.5 m/s^2")
@@ -498,6 +545,11 @@ def parse(argv=None):
         p.error(f"{args.effect} acts on a sensor at the tip, which --place does not have")
     if args.place is not None and (args.channel == "acceleration" or not 0.1 <= args.place <= 1.0):
         p.error("--place is from 0.1 to 1, of a displacement or a velocity")
+    for wanted in args.further:
+        quantity, at, place = wanted.partition("@")
+        is_place = re.fullmatch(r"0?\.[1-9]\d*|1(\.0*)?", place) and quantity in ("displacement", "velocity")
+        if quantity not in FURTHER_UNIT or (at and not is_place) or args.further.count(wanted) > 1:
+            p.error(f"--further {wanted}: once each of {', '.join(FURTHER_UNIT)}, with @X from 0.1 to 1 for displacement or velocity")
     return args
 
 
