@@ -323,6 +323,58 @@ pub enum Error {
         /// One that differs, and what it holds.
         other: (String, &'static str),
     },
+    /// A further sensor whose readings do not follow the motion that the first one measured.
+    #[error("{}: in {runs} [[further_sensor]] '{sensor}' changes by {slope:.3} times what the first sensor's motion asks for (correlation {correlation:.2}); {remedy}", campaign.display())]
+    FurtherSensorContradicts {
+        /// The campaign's folder.
+        campaign: PathBuf,
+        /// In which runs.
+        runs: String,
+        /// The sensor.
+        sensor: String,
+        /// Slope of the readings over what the motion asks for, 1.
+        slope: f64,
+        /// Their correlation, 1.
+        correlation: f64,
+        /// What is likely wrong.
+        remedy: &'static str,
+    },
+    /// A further sensor whose readings can't be taken between its samples.
+    #[error("{}: the readings of [[further_sensor]] '{sensor}' can't be taken at the times of the first sensor: their intervals scatter by {jitter:.2} % and have {gaps} gaps; give evenly sampled readings, or ones in the rows of the run's file without delay_s", path.display())]
+    UnevenFurtherSensor {
+        /// The file.
+        path: PathBuf,
+        /// The sensor.
+        sensor: String,
+        /// Scatter of the intervals, %.
+        jitter: f64,
+        /// Number of gaps.
+        gaps: usize,
+    },
+    /// A column that two sensors are said to have written.
+    #[error("{}:{line}: column '{column}' is that of [[further_sensor]] '{sensor}' and of another sensor; the same readings count once, so leave one of the two out or name its own column", path.display())]
+    ColumnTwice {
+        /// The run's file.
+        path: PathBuf,
+        /// Line of the header, counted from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The sensor that names it again.
+        sensor: String,
+    },
+    /// A further sensor whose noise can't be found.
+    #[error("{}: [[further_sensor]] '{sensor}' has {samples} readings in {rows} rows, and between its gaps too few stand side by side to tell its noise; state noise_std in campaign.toml", path.display())]
+    FurtherSensorNoise {
+        /// The run's file.
+        path: PathBuf,
+        /// The sensor.
+        sensor: String,
+        /// Its readings.
+        samples: usize,
+        /// Rows of the run.
+        rows: usize,
+    },
     /// An accelerometer away from the tip.
     #[error("{}: run '{run}' holds an acceleration, and [sensor] states another place than the tip; accelerations are read by the rest of the tip in stick, which is not seen elsewhere: measure a displacement or a velocity there, or put the accelerometer at the tip and leave [sensor] out", campaign.display())]
     AccelerometerAway {

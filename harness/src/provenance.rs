@@ -114,7 +114,9 @@ impl Provenance {
         let toml = campaign.folder.join("campaign.toml");
         let runs = campaign.runs.iter().map(|run| run.file.as_path());
         let optional = [toml.as_path(), fmu].into_iter().filter(|f| f.is_file());
-        let mut provenance = Provenance::of(&runs.chain(optional).collect::<Vec<_>>())?;
+        let of_sensors = campaign.runs.iter().flat_map(|run| &run.further_files);
+        let others = optional.chain(of_sensors.map(PathBuf::as_path));
+        let mut provenance = Provenance::of(&runs.chain(others).collect::<Vec<_>>())?;
         // The runs come first.
         for (input, run) in provenance.inputs.iter_mut().zip(&campaign.runs) {
             input.understood.clone_from(&run.understood);

@@ -548,7 +548,7 @@ fn val_motions_with_users_effects_have_derivatives_by_their_parameters() {
         let output = fmu.real_references(&["measured_displacement"]).unwrap()[0];
         assert!(tangents.evaluate(
             (&times, &Course::default()),
-            output,
+            &[output],
             &directions,
             &mut motion_with,
             &mut slopes

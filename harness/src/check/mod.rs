@@ -20,7 +20,9 @@ use finding::gathered;
 pub use finding::{Finding, Severity};
 use serde::Serialize;
 
-use crate::measurement::{Campaign, Measurand, NoiseStd, Run};
+use crate::measurement::{
+    Campaign, FurtherRecord, FurtherSensor, Measurand, NoiseStd, Reading, Run,
+};
 
 /// What was found in a campaign.
 #[derive(Debug, Clone, Serialize)]
@@ -64,6 +66,49 @@ pub struct RunQuality {
     pub mean_friction: Option<f64>,
     /// How the file was read, where it is not plain CSV in SI units.
     pub understood: Option<String>,
+    /// What further sensors read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<ReadingQuality>,
+}
+
+/// What a further sensor read in a run, in numbers.
+#[derive(Debug, Clone, Serialize)]
+pub struct ReadingQuality {
+    /// What it is called.
+    pub name: String,
+    /// What it reads.
+    pub quantity: Reading,
+    /// SI unit of that.
+    pub unit: &'static str,
+    /// Samples with a reading.
+    pub samples: usize,
+    /// Standard deviation of its noise, in that unit; `None` where it read nothing that varies.
+    pub noise_std: Option<f64>,
+    /// Least and largest reading; NaN where it read nothing.
+    pub range: [f64; 2],
+}
+
+impl ReadingQuality {
+    fn all(sensors: &[FurtherSensor], run: &Run) -> Vec<Self> {
+        let one = |(sensor, record): (&FurtherSensor, &Option<FurtherRecord>)| {
+            let values = record
+                .iter()
+                .flat_map(|r| &r.values)
+                .filter(|y| y.is_finite());
+            Self {
+                name: sensor.name.clone(),
+                quantity: sensor.reading,
+                unit: sensor.reading.unit(),
+                samples: values.clone().count(),
+                noise_std: record.as_ref().map(|r| r.noise_std),
+                range: [
+                    values.clone().copied().fold(f64::NAN, f64::min),
+                    values.copied().fold(f64::NAN, f64::max),
+                ],
+            }
+        };
+        sensors.iter().zip(&run.further).map(one).collect()
+    }
 }
 
 impl Quality {
@@ -126,13 +171,16 @@ pub fn check(campaign: &Campaign) -> Quality {
         campaign: campaign.name.clone(),
         measurand: campaign.measurand(),
         seen_share,
-        runs: runs.iter().map(RunQuality::of).collect(),
+        runs: runs
+            .iter()
+            .map(|run| RunQuality::of(run, &campaign.further_sensors))
+            .collect(),
         findings: gathered(findings),
     }
 }
 
 impl RunQuality {
-    fn of(run: &Examined) -> RunQuality {
+    fn of(run: &Examined, further_sensors: &[FurtherSensor]) -> RunQuality {
         let (record, motion) = (run.run, &run.motion);
         RunQuality {
             name: record.name.clone(),
@@ -145,6 +193,7 @@ impl RunQuality {
             stick_share: motion.stick_share,
             mean_friction: run.mean_friction(),
             understood: record.understood.clone(),
+            further: ReadingQuality::all(further_sensors, record),
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::data_quality::of_further;
 use super::given_campaign::{questionable, tell_how};
 use crate::check::{Finding, Quality, RunQuality, Severity, check};
 use crate::error::Error;
@@ -91,6 +92,9 @@ fn page(quality: &Quality) -> String {
         out += &row(run, wide);
     }
     out.push('\n');
+    for line in quality.runs.iter().flat_map(of_further) {
+        out += &format!("{line}\n");
+    }
     for finding in &quality.findings {
         out += &paragraph(finding);
     }

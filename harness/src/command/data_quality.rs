@@ -1,6 +1,6 @@
 //! The quality of a campaign's data as a section of a report.
 
-use crate::check::{Quality, RunQuality, Severity, check};
+use crate::check::{Quality, ReadingQuality, RunQuality, Severity, check};
 use crate::measurement::Campaign;
 use crate::report::{Cell, Page, Table, number, with_unit};
 
@@ -36,10 +36,30 @@ fn of(page: Page, quality: &Quality) -> Page {
         Some(format!("{}: {understood}", run.name))
     });
     let understood: Vec<String> = understood.collect();
-    [findings, understood]
+    let further = quality.runs.iter().flat_map(of_further).collect();
+    [findings, understood, further]
         .into_iter()
         .filter(|items| !items.is_empty())
         .fold(page, |page, items| page.list(&items))
+}
+
+/// What each further sensor read in a run.
+pub fn of_further(run: &RunQuality) -> Vec<String> {
+    let one = |reading: &ReadingQuality| {
+        let [low, high] = reading.range.map(|y| number(y, 3));
+        let read = match reading.noise_std {
+            None => "nothing that varies was read".to_owned(),
+            Some(noise) => format!(
+                "{} of {} samples read, {low} to {high} {}, noise {}",
+                reading.samples,
+                run.samples,
+                reading.unit,
+                with_unit(noise, reading.unit)
+            ),
+        };
+        format!("{}, {}: {read}", run.name, reading.name)
+    };
+    run.further.iter().map(one).collect()
 }
 
 /// What the table and the list say together.
@@ -95,7 +115,7 @@ fn runs(quality: &Quality) -> Table {
 mod tests {
     use super::*;
     use crate::check::Finding;
-    use crate::measurement::{Measurand, NoiseStd};
+    use crate::measurement::{Measurand, NoiseStd, Reading};
 
     #[test]
     fn a_contradiction_is_said_with_its_remedy_and_what_is_not_seen_is_a_dash() {
@@ -110,6 +130,14 @@ mod tests {
             stick_share: 0.0,
             mean_friction: None,
             understood: Some("semicolons between fields".into()),
+            further: vec![ReadingQuality {
+                name: "load cell".into(),
+                quantity: Reading::FrictionForce,
+                unit: "N",
+                samples: 2000,
+                noise_std: Some(0.1),
+                range: [-20.0, 60.0],
+            }],
         };
         let finding = Finding {
             id: "sign",
@@ -132,6 +160,7 @@ mod tests {
             "Error in slow: measured -0.06 m/s in stick, stated 0.06 m/s. Remedy: turn the sign of the sensor.",
             "slow: semicolons between fields",
             "200 µm/s",
+            "slow, load cell: 2000 of 4000 samples read, -20 to 60 N, noise 100 mN",
             "–",
         ] {
             assert!(html.contains(part), "{part}");

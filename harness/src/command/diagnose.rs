@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::diagnose_page::likely;
+use super::diagnose_page::{likely, with_interval};
 use super::given_campaign::Forced;
 use super::progress::Progress;
 use super::{diagnose_page, given_campaign, pack, proposed_effect, repaired_model};
@@ -20,10 +20,11 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{lowest_frequency, unknown_functions};
 use crate::diagnose::result::assemble::{conclude, shown};
 use crate::diagnose::result::curve_formula;
-use crate::diagnose::result::diagnosis::Diagnosis;
+use crate::diagnose::result::diagnosis::{Diagnosis, Rung};
 use crate::diagnose::result::error_ladder::{Step, climb};
+use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::run_sets::run_sets;
-use crate::diagnose::selection::discrepancy::{discrepancy, explain_most};
+use crate::diagnose::selection::discrepancy::{discrepancy, explain_most, of_further};
 use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
@@ -224,7 +225,9 @@ pub fn diagnose(
                 problem.trust_sensor();
             } else if !problem.place_is_told() && !watch.stop() {
                 watch.stage(stages::INCOMPLETE);
-                problem.count_with(discrepancy(problem, selection)?);
+                let noise = discrepancy(problem, selection)?;
+                let of_further = of_further(problem, selection, &noise)?;
+                problem.count_with(noise, &of_further);
                 explain_most(problem, selection, watch)?;
             }
             watch.stage(stages::KEPT_OUT);
@@ -371,6 +374,22 @@ pub fn written_json(output: &Path) -> Result<String, Error> {
     std::fs::read_to_string(&path).map_err(Error::read(&path))
 }
 
+/// How far the readings of further sensor `i` are met along the ladder, and by which factor they are off.
+fn of_sensor(i: usize, sensor: &FoundSensor, ladder: &[Rung]) -> String {
+    let over_noise = ladder
+        .iter()
+        .filter_map(|rung| rung.further_over_noise.get(i));
+    let over_noise: Vec<String> = over_noise.map(|r| format!("{r:.2}")).collect();
+    let gain = sensor.gain.as_ref().map_or(String::new(), |gain| {
+        format!("; factor {}", with_interval(gain))
+    });
+    format!(
+        "{}: error over noise, step by step, {}{gain}",
+        sensor.name,
+        over_noise.join(", ")
+    )
+}
+
 /// The summary for the terminal.
 pub fn terminal(diagnosis: &Diagnosis) -> String {
     use std::fmt::Write as _;
@@ -397,6 +416,9 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
             100.0 * rung.holdout_nrmse,
             rung.holdout_over_noise
         );
+    }
+    for (i, sensor) in diagnosis.further_sensors.iter().enumerate() {
+        let _ = writeln!(out, "{}", of_sensor(i, sensor, &diagnosis.error_ladder));
     }
     let _ = writeln!(
         out,

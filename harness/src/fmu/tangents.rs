@@ -1,4 +1,5 @@
-//! Derivatives along a motion, from FMUs that export `stickslipDrivenTangents` (ours do; docs/adr/0012-tangents.md).
+//! Derivatives along a motion, from FMUs that export `stickslipOutputTangents`, or `stickslipDrivenTangents` of one output (ours do;
+//! docs/adr/0012-tangents.md).
 //!
 //! The function is not of the standard, so no FMI crate knows it: the library is opened once more (the system counts the
 //! openings) and has an instance of its own here.
@@ -36,6 +37,26 @@ type Evaluate = unsafe extern "C" fn(
     *mut c_void,
     *const f64,
     usize,
+    *const u32,
+    usize,
+    *const usize,
+    usize,
+    *const u32,
+    *const f64,
+    usize,
+    *const u32,
+    usize,
+    *const f64,
+    usize,
+    *const f64,
+    *const f64,
+    *mut f64,
+    *mut f64,
+) -> c_int;
+type EvaluateOne = unsafe extern "C" fn(
+    *mut c_void,
+    *const f64,
+    usize,
     u32,
     *const usize,
     usize,
@@ -51,6 +72,13 @@ type Evaluate = unsafe extern "C" fn(
     *mut f64,
     *mut f64,
 ) -> c_int;
+
+/// How many outputs of a motion an FMU gives at once: one, where it was packed before several could be asked for.
+#[derive(Clone, Copy)]
+enum Export {
+    Several(Evaluate),
+    One(EvaluateOne),
+}
 
 /// Directions in the space of what is set before a run: each changes some variables by so much.
 #[derive(Debug, Default)]
@@ -93,7 +121,7 @@ pub struct Tangents {
     free: Free,
     set_real: SetReal,
     set_integer: SetInteger,
-    evaluate: Evaluate,
+    evaluate: Export,
     // The functions live in the library, and the library in the FMU's folder: both go last, in this order.
     _callbacks: Box<Callbacks>,
     _library: Library,
@@ -108,11 +136,18 @@ impl Tangents {
         let text = |t: &str| CString::new(t).ok();
         let resources = text(&format!("file://{}/resources", folder.display()))?;
         let (name, guid) = (text("tangents")?, text(&description.guid)?);
-        // SAFETY: the FMU's library, which the other backend has loaded already; its types are those of FMI 2.0 and, for the
-        // last one, of the export that carries this name. The function pointers are kept beside the library.
+        // SAFETY: the FMU's library, which the other backend has loaded already; its types are those of FMI 2.0 and of
+        // the exports that carry these names. The function pointers are kept beside the library.
         unsafe {
             let library = Library::new(path).ok()?;
-            let evaluate = *library.get::<Evaluate>(b"stickslipDrivenTangents").ok()?;
+            let several = library.get::<Evaluate>(b"stickslipOutputTangents");
+            let evaluate = match several.map(|several| *several) {
+                Ok(several) => Export::Several(several),
+                Err(_) => {
+                    let one = library.get::<EvaluateOne>(b"stickslipDrivenTangents");
+                    Export::One(*one.ok()?)
+                }
+            };
             let instantiate = *library.get::<Instantiate>(b"fmi2Instantiate").ok()?;
             let reset = *library.get::<OfComponent>(b"fmi2Reset").ok()?;
             let free = *library.get::<Free>(b"fmi2FreeInstance").ok()?;
@@ -174,51 +209,83 @@ impl Tangents {
         }
     }
 
-    /// The output at each of the rising `times` in s, the first of which is the start, and its derivatives, direction after
-    /// direction, each as long as `times`, where inputs have a course. False where the FMU can't follow.
+    /// The outputs at each of the rising `times` in s, the first of which is the start, one after another, and their derivatives,
+    /// direction after direction, each as long as `values`, where inputs have a course. False where the FMU can't follow.
     ///
     /// # Panics
     /// Lists of the wrong lengths.
     pub fn evaluate(
         &mut self,
         (times, course): (&[f64], &Course),
-        output: u32,
+        outputs: &[u32],
         directions: &Directions,
         values: &mut [f64],
         slopes: &mut [f64],
     ) -> bool {
-        assert_eq!(values.len(), times.len(), "one value per time");
+        assert_eq!(
+            values.len(),
+            times.len() * outputs.len(),
+            "one value per time and output"
+        );
         assert_eq!(
             slopes.len(),
-            times.len() * directions.len(),
-            "one slope per time and direction"
+            values.len() * directions.len(),
+            "one slope per value and direction"
         );
         let numbers = course.references.len() * course.begins.len();
         assert!(
             course.factors.len() == numbers && course.rates.len() == numbers,
             "one factor and rate per piece and input"
         );
+        let (evaluate, d) = (self.evaluate, directions);
         // SAFETY: the component is live, the lists have the announced lengths.
         let status = unsafe {
-            (self.evaluate)(
-                self.component,
-                times.as_ptr(),
-                times.len(),
-                output,
-                directions.sizes.as_ptr(),
-                directions.sizes.len(),
-                directions.references.as_ptr(),
-                directions.changes.as_ptr(),
-                directions.changes.len(),
-                course.references.as_ptr(),
-                course.references.len(),
-                course.begins.as_ptr(),
-                course.begins.len(),
-                course.factors.as_ptr(),
-                course.rates.as_ptr(),
-                values.as_mut_ptr(),
-                slopes.as_mut_ptr(),
-            )
+            match evaluate {
+                Export::Several(evaluate) => evaluate(
+                    self.component,
+                    times.as_ptr(),
+                    times.len(),
+                    outputs.as_ptr(),
+                    outputs.len(),
+                    d.sizes.as_ptr(),
+                    d.sizes.len(),
+                    d.references.as_ptr(),
+                    d.changes.as_ptr(),
+                    d.changes.len(),
+                    course.references.as_ptr(),
+                    course.references.len(),
+                    course.begins.as_ptr(),
+                    course.begins.len(),
+                    course.factors.as_ptr(),
+                    course.rates.as_ptr(),
+                    values.as_mut_ptr(),
+                    slopes.as_mut_ptr(),
+                ),
+                Export::One(evaluate) => {
+                    let [output] = outputs else {
+                        return false;
+                    };
+                    evaluate(
+                        self.component,
+                        times.as_ptr(),
+                        times.len(),
+                        *output,
+                        d.sizes.as_ptr(),
+                        d.sizes.len(),
+                        d.references.as_ptr(),
+                        d.changes.as_ptr(),
+                        d.changes.len(),
+                        course.references.as_ptr(),
+                        course.references.len(),
+                        course.begins.as_ptr(),
+                        course.begins.len(),
+                        course.factors.as_ptr(),
+                        course.rates.as_ptr(),
+                        values.as_mut_ptr(),
+                        slopes.as_mut_ptr(),
+                    )
+                }
+            }
         };
         status == OK
     }

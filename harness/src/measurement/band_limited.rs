@@ -55,7 +55,7 @@ pub(super) fn refine(values: &[f64], factor: usize) -> Vec<f64> {
 
 /// Weights of the 48 samples around a place that lies by `share` of the interval behind the 24th; their sum is 1, so that a
 /// constant stays one.
-fn kernel(share: f64) -> Vec<f64> {
+pub(super) fn kernel(share: f64) -> Vec<f64> {
     let weight = |k: usize| {
         let x = k as f64 + 1.0 - HALF_WIDTH as f64 - share;
         let angle = std::f64::consts::PI * x;

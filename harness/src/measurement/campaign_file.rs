@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::csv_table::Channels;
+use super::further_sensor::{FurtherSensor, RawFurtherSensor};
 use super::sensor_place::{RawSensor, SensorPlace};
 use super::uncertainty::{OfModes, Uncertainty};
 use super::{BeamKnowledge, Interpolation, Role};
@@ -17,6 +18,7 @@ pub(super) struct CampaignFile {
     pub name: Option<String>,
     pub beam: BeamKnowledge,
     pub uncertainty: Uncertainty,
+    pub further_sensors: Vec<FurtherSensor>,
     pub runs: Vec<RunEntry>,
 }
 
@@ -24,6 +26,8 @@ pub(super) struct CampaignFile {
 pub(super) struct RunEntry {
     pub name: String,
     pub file: String,
+    /// Files of further sensors.
+    pub further_files: Vec<String>,
     pub role: Option<Role>,
     pub belt_velocity: f64,
     pub normal_force: f64,
@@ -46,6 +50,8 @@ struct RawFile {
     rig: RawRig,
     #[serde(default)]
     sensor: RawSensor,
+    #[serde(default)]
+    further_sensor: Vec<RawFurtherSensor>,
     #[serde(default)]
     channels: RawChannels,
     #[serde(default)]
@@ -122,6 +128,8 @@ struct RawChannels {
 #[serde(deny_unknown_fields)]
 struct RawRun {
     file: Spanned<String>,
+    #[serde(default)]
+    further_files: Vec<String>,
     name: Option<String>,
     role: Option<Role>,
     belt_velocity_m_per_s: Option<Spanned<f64>>,
@@ -157,6 +165,8 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     let check = Check { path, text: &text };
     let (beam, of_modes) = check.beam(raw.beam, raw.sensor)?;
     let uncertainty = check.uncertainty(raw.uncertainty, raw.rig, of_modes)?;
+    let modes = beam.natural_frequencies_hz.len();
+    let further_sensors = check.further_sensors(raw.further_sensor, modes)?;
     if raw.run.is_empty() {
         return Err(Error::NoRuns {
             path: path.to_owned(),
@@ -171,6 +181,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
         name: raw.name,
         beam,
         uncertainty,
+        further_sensors,
         runs,
     })
 }
@@ -197,6 +208,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     let check = Check { path, text: &text };
     let run = RawRun {
         file: Spanned::new(0..0, single.file.to_string_lossy().into_owned()),
+        further_files: Vec::new(),
         name: None,
         role: None,
         belt_velocity_m_per_s: Some(Spanned::new(0..0, single.belt_velocity)),
@@ -227,6 +239,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         name: None,
         beam: check.beam(raw.beam, raw.sensor)?.0,
         uncertainty: Uncertainty::default(),
+        further_sensors: Vec::new(),
         runs: vec![check.run(run, &raw.channels)?],
     })
 }
@@ -248,14 +261,14 @@ pub(super) struct Check<'a> {
 /// What a number must be.
 pub(super) type Rule = (fn(f64) -> bool, &'static str);
 
-const POSITIVE: Rule = (|v| v > 0.0, "it must be greater than zero");
+pub(super) const POSITIVE: Rule = (|v| v > 0.0, "it must be greater than zero");
 const NOT_NEGATIVE: Rule = (|v| v >= 0.0, "it must not be negative");
 pub(super) const NOT_ZERO: Rule = (|v| v != 0.0, "it must not be zero");
 const SHARE: Rule = (
     |v| (1e-6..=0.5).contains(&v),
     "it is a share of the value, from 0.000001 to 0.5",
 );
-const ANY: Rule = (|_| true, "it must be a finite number");
+pub(super) const ANY: Rule = (|_| true, "it must be a finite number");
 
 impl Check<'_> {
     pub(super) fn number(
@@ -451,7 +464,7 @@ impl Check<'_> {
                 beam.masses_kg = vec![mass; modes.max(1)];
             }
         }
-        beam.sensor = self.sensor(sensor, modes)?;
+        beam.sensor = self.sensor("[sensor]", sensor, modes)?;
         let lists = [
             ("damping_ratios", beam.damping_ratios.len()),
             ("masses_kg", beam.masses_kg.len()),
@@ -628,6 +641,7 @@ impl Check<'_> {
                     ),
                 ],
             },
+            further_files: raw.further_files,
             file,
         })
     }

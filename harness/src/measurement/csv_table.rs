@@ -1,8 +1,10 @@
 //! Time, measured motion and inputs of a run from a table, in SI units.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::further_sensor::{FurtherSensor, Reading};
 use super::measurand::Measurand;
+use super::own_clock::{self, Readings};
 use super::table::Table;
 use super::unit::{Name, Quantity};
 use crate::error::Error;
@@ -39,37 +41,43 @@ pub(super) struct Record {
     pub measured: Vec<f64>,
     /// Name and values of each of [`INPUTS`], SI units.
     pub inputs: [Option<(String, Vec<f64>)>; 3],
+    /// Readings of each further sensor in SI units.
+    pub further: Vec<Readings>,
     /// How the file was read, where it is not plain comma-separated values in SI units.
     pub understood: Option<String>,
 }
 
-/// Reads time (s), the measured motion (SI units) and inputs. Rows without one of them are left out, as missing
-/// samples.
-pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
+/// Reads time (s), the measured motion (SI units), inputs and what further sensors read. Rows without motion or an input are left
+/// out, as missing samples.
+pub(super) fn read(
+    path: &Path,
+    channels: &Channels,
+    (further_sensors, further_files): (&[FurtherSensor], &[PathBuf]),
+) -> Result<Record, Error> {
     let table = Table::read(path, channels.delimiter)?;
     let choice = Choice {
         path,
         table: &table,
+        further_sensors,
     };
     let mut differs = table.differs.clone();
-    let (measurand, at) = choice.measured(channels)?;
+    let (measurand, measured_at) = choice.measured(channels)?;
     let scale = choice.scale(
         of_motion(measurand),
-        at,
+        measured_at,
         channels.measured.scale,
         &mut differs,
     )?;
     let (times, values) = match channels.sample_rate {
         Some(rate) => {
             differs.push(format!("times from sample_rate_hz = {rate}"));
-            let [values] = table.columns([at])?;
+            let [values] = table.columns([measured_at])?;
             let times = (0..values.len()).map(|i| i as f64 / rate).collect();
             (times, values)
         }
         None => {
-            let time_at = choice.column(&TIME, channels.time_column.as_deref())?;
-            let scale = choice.scale(&TIME, time_at, channels.time_scale, &mut differs)?;
-            let [mut times, values] = table.columns([time_at, at])?;
+            let (time_at, scale) = choice.time(channels, &mut differs)?;
+            let [mut times, values] = table.columns([time_at, measured_at])?;
             times.iter_mut().for_each(|t| *t *= scale);
             (times, values)
         }
@@ -84,10 +92,46 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
             of_inputs.push(column);
         }
     }
+    let further_tables = further_files
+        .iter()
+        .map(|file| Ok((file.as_path(), Table::read(file, channels.delimiter)?)))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mut taken = vec![measured_at];
+    let mut of_sensors: Vec<Readings> = Vec::new();
+    for sensor in further_sensors {
+        let own = match choice.of_sensor(sensor, &mut taken, &mut differs) {
+            Err(lacking @ Error::MissingColumn { .. }) => {
+                let found = further_tables.iter().find_map(|(path, table)| {
+                    let other = Choice {
+                        path,
+                        table,
+                        further_sensors,
+                    };
+                    let found = other.of_sensor(sensor, &mut Vec::new(), &mut differs);
+                    (!matches!(found, Err(Error::MissingColumn { .. }))).then_some((other, found))
+                });
+                let (other, values) = found.ok_or(lacking)?;
+                let (time_at, scale) = other.time(channels, &mut differs)?;
+                let [mut own_times] = other.table.columns([time_at])?;
+                own_times.iter_mut().for_each(|t| *t *= scale);
+                other.at_times(sensor, (&own_times, &values?), &times)?
+            }
+            Ok(values) if sensor.delay != 0.0 => {
+                choice.at_times(sensor, (&times, &values), &times)?
+            }
+            values => Readings::in_rows(values?),
+        };
+        of_sensors.push(own);
+    }
+    let empty = |own: &Readings| Readings {
+        values: Vec::new(),
+        ..*own
+    };
+    let mut further: Vec<Readings> = of_sensors.iter().map(empty).collect();
     let mut kept: Vec<Vec<f64>> = vec![Vec::new(); of_inputs.len()];
     let rows = values.len();
     let (mut time, mut measured) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
-    for (row, ((line, t), value)) in table.lines().zip(times).zip(values).enumerate() {
+    for (row, ((line, &t), value)) in table.lines().zip(&times).zip(values).enumerate() {
         let lacks_input = of_inputs.iter().any(|column| column[row].is_nan());
         if t.is_nan() || value.is_nan() || lacks_input {
             continue;
@@ -107,6 +151,9 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
         for (kept, column) in kept.iter_mut().zip(&of_inputs) {
             kept.push(column[row]);
         }
+        for (kept, column) in further.iter_mut().zip(&of_sensors) {
+            kept.values.push(column.values[row]);
+        }
     }
     if time.len() < rows {
         let missing = rows - time.len();
@@ -122,6 +169,7 @@ pub(super) fn read(path: &Path, channels: &Channels) -> Result<Record, Error> {
         measurand,
         measured,
         inputs,
+        further,
         understood: (!differs.is_empty()).then(|| differs.join(", ")),
     })
 }
@@ -181,6 +229,23 @@ fn of_motion(measurand: Measurand) -> &'static Wanted {
     }
 }
 
+/// A column of a further sensor, which campaign.toml always names.
+fn of_reading(reading: Reading) -> Wanted {
+    let motion = match reading {
+        Reading::Displacement => &DISPLACEMENT,
+        Reading::Velocity => &VELOCITY,
+        Reading::Acceleration => &ACCELERATION,
+        // Only its quantity and unit are taken.
+        Reading::FrictionForce => &INPUTS[1],
+    };
+    Wanted {
+        key: "column under [[further_sensor]]",
+        scale_key: "scale",
+        usual: [""; 2],
+        ..*motion
+    }
+}
+
 /// The inputs that a column can give: belt velocity, normal force, external force.
 pub(super) const INPUTS: [Wanted; 3] = [
     Wanted {
@@ -212,9 +277,88 @@ pub(super) const INPUTS: [Wanted; 3] = [
 struct Choice<'a> {
     path: &'a Path,
     table: &'a Table,
+    /// Whose columns are nobody else's.
+    further_sensors: &'a [FurtherSensor],
 }
 
 impl Choice<'_> {
+    /// The column of times, and its factor to s.
+    fn time(&self, channels: &Channels, differs: &mut Vec<String>) -> Result<(usize, f64), Error> {
+        let at = self.column(&TIME, channels.time_column.as_deref())?;
+        Ok((at, self.scale(&TIME, at, channels.time_scale, differs)?))
+    }
+
+    /// What a further sensor read at the times of the first one.
+    fn at_times(
+        &self,
+        sensor: &FurtherSensor,
+        (own_times, values): (&[f64], &[f64]),
+        times: &[f64],
+    ) -> Result<Readings, Error> {
+        let rows = self.table.lines().zip(own_times).zip(values);
+        let mut read: (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        for ((line, &t), &y) in rows.filter(|((_, t), y)| t.is_finite() && y.is_finite()) {
+            if let Some(&previous) = read.0.last()
+                && t <= previous
+            {
+                return Err(Error::TimeNotIncreasing {
+                    path: self.path.to_owned(),
+                    line,
+                    previous,
+                    value: t,
+                });
+            }
+            read.0.push(t);
+            read.1.push(y);
+        }
+        if read.0.len() < 2 {
+            return Ok(Readings::in_rows(vec![f64::NAN; times.len()]));
+        }
+        let own = (&read.0[..], &read.1[..]);
+        own_clock::at(times, own, sensor.delay, sensor.reading.jumps()).map_err(|sampling| {
+            Error::UnevenFurtherSensor {
+                path: self.path.to_owned(),
+                sensor: sensor.name.clone(),
+                jitter: 100.0 * sampling.jitter,
+                gaps: sampling.gaps.len(),
+            }
+        })
+    }
+
+    /// The readings of a further sensor in SI units, NaN where there are none; no column of `taken` is its own.
+    fn of_sensor(
+        &self,
+        sensor: &FurtherSensor,
+        taken: &mut Vec<usize>,
+        differs: &mut Vec<String>,
+    ) -> Result<Vec<f64>, Error> {
+        let wanted = of_reading(sensor.reading);
+        let at = self.column(&wanted, Some(&sensor.column))?;
+        let scale = self.scale(&wanted, at, sensor.scale, differs)?;
+        if taken.contains(&at) {
+            return Err(Error::ColumnTwice {
+                path: self.path.to_owned(),
+                line: self.table.header_line,
+                column: self.table.names[at].full.clone(),
+                sensor: sensor.name.clone(),
+            });
+        }
+        taken.push(at);
+        let [mut column] = match self.table.columns([at]) {
+            // In this run it read nothing.
+            Err(Error::EmptyColumn { rows, .. }) => [vec![f64::NAN; rows]],
+            read => read?,
+        };
+        column.iter_mut().for_each(|v| *v *= scale);
+        Ok(column)
+    }
+
+    /// Whether a column is that of a further sensor.
+    fn is_taken(&self, name: &Name) -> bool {
+        let mut columns = self.further_sensors.iter().map(|s| s.column.as_str());
+        columns.any(|column| name.full == column || name.is(column))
+    }
+
     /// What was measured at the tip, and its column. Where nothing is stated, a displacement, or, where the header has none, a
     /// velocity that is not the belt's, or, where it has none of these either, an acceleration.
     fn measured(&self, channels: &Channels) -> Result<(Measurand, usize), Error> {
@@ -252,7 +396,8 @@ impl Choice<'_> {
             stated.is_some_and(|stated| name.is(stated)) || belt.usual.iter().any(|u| name.is(u))
         };
         let only = |fits: &dyn Fn(&Name) -> bool| {
-            let mut found = (0..names.len()).filter(|i| fits(&names[*i]) && !is_belt(&names[*i]));
+            let is_free = |name: &Name| !is_belt(name) && !self.is_taken(name);
+            let mut found = (0..names.len()).filter(|i| fits(&names[*i]) && is_free(&names[*i]));
             found.next().filter(|_| found.next().is_none())
         };
         only(&|n| VELOCITY.usual.iter().any(|usual| n.is(usual)))
@@ -264,7 +409,9 @@ impl Choice<'_> {
     fn column(&self, wanted: &Wanted, stated: Option<&str>) -> Result<usize, Error> {
         let names = &self.table.names;
         let all = |fits: &dyn Fn(&Name) -> bool| -> Vec<usize> {
-            (0..names.len()).filter(|i| fits(&names[*i])).collect()
+            let is_open = |name: &Name| stated.is_some() || !self.is_taken(name);
+            let fitting = (0..names.len()).filter(|i| fits(&names[*i]) && is_open(&names[*i]));
+            fitting.collect()
         };
         let ways: Vec<Vec<usize>> = match stated {
             Some(stated) => vec![

@@ -21,6 +21,7 @@ mod csv_table;
 mod dialect;
 mod encoding;
 mod faults;
+mod further_sensor;
 mod header;
 mod input_file;
 mod inputs;
@@ -29,6 +30,7 @@ pub mod logger;
 mod measurand;
 mod measured_keys;
 mod noise;
+mod own_clock;
 mod sampling;
 mod sensor_place;
 mod table;
@@ -39,6 +41,7 @@ use std::path::{Path, PathBuf};
 
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
+pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
 pub use input_file::read_inputs;
 pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
 pub use measurand::{Measurand, NoiseStd};
@@ -61,6 +64,8 @@ pub struct Campaign {
     pub beam: BeamKnowledge,
     /// How well what the file states is known.
     pub uncertainty: Uncertainty,
+    /// Sensors beside the first.
+    pub further_sensors: Vec<FurtherSensor>,
     /// The runs, in the order of the file; at least one.
     pub runs: Vec<Run>,
 }
@@ -97,6 +102,8 @@ pub struct Run {
     pub name: String,
     /// The CSV file.
     pub file: PathBuf,
+    /// Files of further sensors with clocks of their own.
+    pub further_files: Vec<PathBuf>,
     /// Its role, where campaign.toml gives one.
     pub role: Option<Role>,
     /// Belt velocity, m/s; any sign. The mean, where it varies.
@@ -111,6 +118,8 @@ pub struct Run {
     pub measurand: Measurand,
     /// Its values, in the measurand's SI unit; as long as `time`.
     pub measured: Vec<f64>,
+    /// What each of the campaign's further sensors read; `None` where one read nothing.
+    pub further: Vec<Option<FurtherRecord>>,
     /// How evenly it was sampled, and what is missing.
     pub sampling: Sampling,
     /// How noisy it is.
@@ -141,9 +150,15 @@ impl Run {
         Run {
             name: self.name.clone(),
             file: self.file.clone(),
+            further_files: self.further_files.clone(),
             inputs: self.inputs.beginning(samples),
             time: self.time[..samples].to_vec(),
             measured: self.measured[..samples].to_vec(),
+            further: self
+                .further
+                .iter()
+                .map(|record| record.as_ref().map(|r| r.beginning(samples)))
+                .collect(),
             sampling: Sampling::of(&self.time[..samples]),
             faults: self.faults.iter().filter(is_within).cloned().collect(),
             understood: self.understood.clone(),
@@ -221,7 +236,7 @@ impl Campaign {
         let runs = parsed
             .runs
             .into_iter()
-            .map(|entry| load_run(&folder, entry))
+            .map(|entry| load_run(&folder, entry, &parsed.further_sensors))
             .collect::<Result<Vec<_>, _>>()?;
         of_one_measurand(&folder, &runs)?;
         sensor_can_be_there(&folder, &parsed.beam.sensor, &runs)?;
@@ -235,6 +250,7 @@ impl Campaign {
             folder,
             beam: parsed.beam,
             uncertainty: parsed.uncertainty,
+            further_sensors: parsed.further_sensors,
             runs,
         })
     }
@@ -269,15 +285,21 @@ fn sensor_can_be_there(folder: &Path, place: &SensorPlace, runs: &[Run]) -> Resu
     }
 }
 
-fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error> {
+fn load_run(
+    folder: &Path,
+    entry: campaign_file::RunEntry,
+    further_sensors: &[FurtherSensor],
+) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
+    let further_files: Vec<PathBuf> = entry.further_files.iter().map(|f| folder.join(f)).collect();
     let csv_table::Record {
         time,
         measurand,
         measured,
         inputs,
+        further,
         understood,
-    } = csv_table::read(&file, &entry.channels)
+    } = csv_table::read(&file, &entry.channels, (further_sensors, &further_files))
         .map_err(|error| explain(error, &file, Wanted::Table))?;
     if time.len() < FEWEST_SAMPLES {
         return Err(Error::TooFewSamples {
@@ -311,6 +333,9 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         })
     };
     let noise = Noise::estimate(&measured, &sampling);
+    let further = further_sensors.iter().zip(further);
+    let further = further.map(|(sensor, values)| FurtherRecord::of(sensor, &file, &time, values));
+    let further = further.collect::<Result<_, _>>()?;
     let belt_velocity = mean(&inputs.belt_velocity, entry.belt_velocity);
     let faults = match measurand {
         Measurand::Displacement => faults::find(&measured, &noise),
@@ -333,6 +358,7 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
     Ok(Run {
         name: entry.name,
         file,
+        further_files,
         role: entry.role,
         belt_velocity,
         normal_force: mean(&inputs.normal_force, entry.normal_force),
@@ -340,6 +366,7 @@ fn load_run(folder: &Path, entry: campaign_file::RunEntry) -> Result<Run, Error>
         time,
         measurand,
         measured,
+        further,
         sampling,
         noise,
         faults,

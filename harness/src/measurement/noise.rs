@@ -59,6 +59,11 @@ impl Noise {
             resolution: resolution(signal),
         }
     }
+
+    /// The standard deviation; that of rounding to the resolution, `resolution / sqrt(12)`, where it is more.
+    pub(super) fn of_sensor(self) -> f64 {
+        self.std.max(self.resolution / 12.0_f64.sqrt())
+    }
 }
 
 /// Estimates of one sensor's noise within this factor of the smallest agree.

@@ -21,10 +21,10 @@ const LEAST_POSITION: f64 = 0.05;
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawSensor {
-    position: Option<Spanned<f64>>,
-    position_std: Option<Spanned<f64>>,
-    mode_ratios: Option<Vec<Spanned<f64>>>,
-    mode_ratios_std: Option<Spanned<f64>>,
+    pub position: Option<Spanned<f64>>,
+    pub position_std: Option<Spanned<f64>>,
+    pub mode_ratios: Option<Vec<Spanned<f64>>>,
+    pub mode_ratios_std: Option<Spanned<f64>>,
 }
 
 /// Mode shapes where the sensor looks over those at the tip, `r_j = phi_j(s) / phi_j(1)`, from the first mode on.
@@ -152,22 +152,30 @@ const STD: Rule = (
 const ANY: Rule = (|_| true, "it must be a finite number");
 
 impl Check<'_> {
-    /// Where the sensor looks; `modes` is the number of natural frequencies stated, 0 for none.
-    pub(super) fn sensor(&self, raw: RawSensor, modes: usize) -> Result<SensorPlace, Error> {
-        let problem = |span: std::ops::Range<usize>, problem: &str| Error::CampaignFile {
+    /// Where the sensor of a table looks; `modes` is the number of natural frequencies stated, 0 for none.
+    pub(super) fn sensor(
+        &self,
+        table: &str,
+        raw: RawSensor,
+        modes: usize,
+    ) -> Result<SensorPlace, Error> {
+        let problem = |span: std::ops::Range<usize>, problem: String| Error::CampaignFile {
             path: self.path.to_owned(),
             line: line_of(self.text, span),
-            problem: problem.to_owned(),
+            problem,
         };
+        let key = |item: &str| format!("{table} {item}");
         match (raw.position, raw.mode_ratios) {
             (Some(position), Some(_)) => Err(problem(
                 position.span(),
-                "position and mode_ratios under [sensor] say the same; keep position for a uniform cantilever, mode_ratios for any other structure",
+                format!(
+                    "position and mode_ratios under {table} say the same; keep position for a uniform cantilever, mode_ratios for any other structure"
+                ),
             )),
             (Some(position), None) => {
-                let position = self.number("[sensor] position", "1", ON_BEAM, position)?;
+                let position = self.number(&key("position"), "1", ON_BEAM, position)?;
                 let std = match raw.position_std {
-                    Some(std) => self.number("[sensor] position_std", "1", STD, std)?,
+                    Some(std) => self.number(&key("position_std"), "1", STD, std)?,
                     None => POSITION_STD,
                 };
                 Ok(match position == 1.0 {
@@ -179,27 +187,31 @@ impl Check<'_> {
                 if modes == 0 {
                     return Err(problem(
                         ratios.first().map_or(0..0, Spanned::span),
-                        "mode_ratios under [sensor] belong to natural_frequencies_hz under [beam]; state these too",
+                        format!(
+                            "mode_ratios under {table} belong to natural_frequencies_hz under [beam]; state these too"
+                        ),
                     ));
                 }
                 if ratios.len() != modes {
                     return Err(Error::CampaignModes {
                         path: self.path.to_owned(),
-                        key: "[sensor] mode_ratios".to_owned(),
+                        key: key("mode_ratios"),
                         found: ratios.len(),
                         expected: modes,
                     });
                 }
-                let of = |ratio| self.number("[sensor] mode_ratios", "1", ANY, ratio);
+                let of = |ratio| self.number(&key("mode_ratios"), "1", ANY, ratio);
                 let ratios: Vec<f64> = ratios.into_iter().map(of).collect::<Result<_, _>>()?;
                 if ratios.iter().all(|ratio| ratio.abs() < 1e-6) {
                     return Err(problem(
                         0..0,
-                        "all mode_ratios under [sensor] are 0: the sensor sees no mode; measure elsewhere",
+                        format!(
+                            "all mode_ratios under {table} are 0: the sensor sees no mode; measure elsewhere"
+                        ),
                     ));
                 }
                 let std = match raw.mode_ratios_std {
-                    Some(std) => self.number("[sensor] mode_ratios_std", "1", STD, std)?,
+                    Some(std) => self.number(&key("mode_ratios_std"), "1", STD, std)?,
                     None => TIP_VALUE_STD,
                 };
                 let stds = vec![std; ratios.len()];
@@ -208,7 +220,9 @@ impl Check<'_> {
             (None, None) => match raw.position_std.or(raw.mode_ratios_std) {
                 Some(std) => Err(problem(
                     std.span(),
-                    "[sensor] says how well a place is known that is not stated; give position or mode_ratios",
+                    format!(
+                        "{table} says how well a place is known that is not stated; give position or mode_ratios"
+                    ),
                 )),
                 None => Ok(SensorPlace::default()),
             },

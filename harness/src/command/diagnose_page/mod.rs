@@ -15,7 +15,7 @@ mod verdict;
 mod views;
 mod where_it_fails;
 
-pub use verdict::likely;
+pub use verdict::{likely, with_interval};
 
 use std::path::Path;
 

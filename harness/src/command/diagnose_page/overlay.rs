@@ -33,6 +33,10 @@ pub fn section(page: Page, material: &Material) -> Page {
         page = page
             .subsection(&title(material, run))
             .figures(&[&motion, &residual]);
+        let further = further(material, run, &shown);
+        if !further.is_empty() {
+            page = super::side_by_side(page, &further);
+        }
     }
     page
 }
@@ -176,6 +180,41 @@ fn motion(material: &Material, run: usize, shown: &[usize]) -> Plot {
         measurand.name(),
         problem.campaign.beam.sensor.name()
     ))
+}
+
+/// What each further sensor read and is predicted to read.
+fn further(material: &Material, run: usize, shown: &[usize]) -> Vec<Plot> {
+    let problem = material.problem;
+    let (from, to) = span(problem, shown);
+    let record = &problem.campaign.runs[run];
+    let sensors = problem.campaign.further_sensors.iter();
+    let read = sensors.zip(&record.further).enumerate();
+    let read = read.filter_map(|(number, (s, record))| Some((number, s, record.as_ref()?)));
+    read.map(|(number, sensor, read)| {
+        let time = record.time.iter().map(|t| MILLI * (t - record.time[0]));
+        let in_sight = time.zip(&read.values);
+        let in_sight = in_sight.filter(|(t, y)| (from..=to).contains(t) && y.is_finite());
+        let (time, values): (Vec<f64>, Vec<f64>) = in_sight.map(|(t, y)| (t, *y)).unzip();
+        let mut plot = Plot::new(
+            Axis::linear("time", "ms").from_to(from, to),
+            Axis::linear(&sensor.name, sensor.reading.unit()),
+        )
+        .shade("stick", Colour::Sky, &sticks(problem, run, from, to))
+        .line("measured", Colour::Ink, &time, &values);
+        for (view, colour) in material.views.pair.iter().zip(COLOURS) {
+            let (x, y) = curve(problem, shown, |k| {
+                let mut parts = problem.segments[k].further.iter();
+                let place = parts.position(|part| part.sensor == number)?;
+                view.replays.get(&k)?.further.get(place).cloned()
+            });
+            plot = plot.dashed_line(&view.name, colour, &x, &y);
+        }
+        plot.caption(&format!(
+            "What the further sensor '{}' measured, and what the models predict with its own factor and zero; stick phases are shaded.",
+            sensor.name
+        ))
+    })
+    .collect()
 }
 
 fn residual(material: &Material, run: usize, shown: &[usize]) -> Plot {

@@ -127,13 +127,18 @@ fn shift(material: &Material) -> Plot {
     plot.caption("How far calibration moved each parameter, with 95 % intervals: a model that lacks an effect bends its parameters to make up for it, and they come back when the effect is added.")
 }
 
+/// How the names of further sensors' constants begin.
+const OF_FURTHER_SENSORS: &str = "further_sensor.";
+
 fn per_run(material: &Material) -> Table {
     let runs = &material.diagnosis.runs;
     // Profiles have dozens of nodes per run; they are in diagnosis.json.
     let names: Vec<&String> = runs.first().map_or(Vec::new(), |r| {
         r.per_run
             .keys()
-            .filter(|k| !k.contains("node") && !k.contains('['))
+            .filter(|k| {
+                k.starts_with(OF_FURTHER_SENSORS) || !(k.contains("node") || k.contains('['))
+            })
             .collect()
     });
     let header: Vec<&str> = std::iter::once("run")

@@ -379,6 +379,7 @@ mod tests {
             measured: vec![0.0; 20],
             trusted: vec![true; 20],
             count: 20,
+            further: Vec::new(),
             stuck: false,
             dwell: 0.0,
             travel: 0.5,

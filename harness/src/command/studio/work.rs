@@ -194,6 +194,7 @@ pub fn as_fitted(predicted: &Predicted) -> FittedHypothesis {
             misfit: f64::NAN,
             log_evidence: f64::NEG_INFINITY,
             mean_square: predicted.mean_square.clone(),
+            by_sensor: Vec::new(),
             covariance: None,
         },
     }

@@ -223,6 +223,7 @@ mod tests {
         Run {
             name: "pushed".into(),
             file: "pushed.csv".into(),
+            further_files: Vec::new(),
             role: None,
             belt_velocity: 0.1,
             normal_force: 0.0,
@@ -233,6 +234,7 @@ mod tests {
             },
             measurand: Measurand::Displacement,
             measured: vec![0.0; time.len()],
+            further: Vec::new(),
             sampling: Sampling::of(&time),
             noise: Noise {
                 std: 1e-6,

@@ -5,6 +5,7 @@ pub mod break_away;
 pub mod break_away_events;
 pub mod contact_phase;
 pub mod driven_motion;
+pub mod further_readings;
 pub mod hold_out;
 pub mod place_map;
 pub(crate) mod place_prediction;

@@ -5,7 +5,7 @@
 //! another over the whole run.
 
 use crate::diagnose::data::smoothing::Smoothing;
-use crate::measurement::{Measurand, Run};
+use crate::measurement::{BESIDE_JUMP, Measurand, Run};
 use crate::observer::{Phase, PhaseMode};
 use serde::Serialize;
 use std::ops::Range;
@@ -25,6 +25,8 @@ pub struct Segment {
     pub trusted: Vec<bool>,
     /// Number of samples that count.
     pub count: usize,
+    /// What further sensors read at these times.
+    pub further: Vec<FurtherPart>,
     /// Whether the tip sticks at the start.
     pub stuck: bool,
     /// Time in s since stick began.
@@ -39,13 +41,77 @@ pub struct Segment {
     pub state: Vec<f64>,
 }
 
+/// What a further sensor read, over a scale that gives its noise the size of the first sensor's: so all count alike in one sum of squares.
+#[derive(Debug, Clone, Serialize)]
+pub struct FurtherPart {
+    /// Number of the sensor.
+    pub sensor: usize,
+    /// Its values over `scale`; zero where they do not count.
+    pub measured: Vec<f64>,
+    /// Whether a value counts.
+    pub trusted: Vec<bool>,
+    /// The sensor's unit per unit of the first one.
+    pub scale: f64,
+    /// Largest distance of the run's values from their mean, over `scale`.
+    pub reach: f64,
+}
+
+impl FurtherPart {
+    fn piece(&self, range: Range<usize>) -> Self {
+        Self {
+            measured: self.measured[range.clone()].to_vec(),
+            trusted: self.trusted[range].to_vec(),
+            ..*self
+        }
+    }
+
+    /// The same readings, believed to be `times` as uncertain.
+    pub fn loosen(&mut self, times: f64) {
+        self.scale *= times;
+        self.reach /= times;
+        self.measured.iter_mut().for_each(|y| *y /= times);
+    }
+}
+
+/// Largest distance of values from their mean.
+pub fn reach(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    values.map(|y| (y - mean).abs()).fold(0.0, f64::max)
+}
+
+/// What the further sensors read in a run whose first sensor has a noise of `noise`, in its unit. What was not read does not count, nor what
+/// jumps beside a transition.
+pub fn further_parts(run: &Run, smoothing: &Smoothing, noise: f64) -> Vec<FurtherPart> {
+    let trusted = vec![true; run.time.len()];
+    let record = Record::of(0, run, &trusted, smoothing, &[]);
+    let records = run.further.iter().enumerate();
+    let read = records.filter_map(|(sensor, record)| Some((sensor, record.as_ref()?)));
+    read.map(|(sensor, read)| {
+        let scale = read.noise_std / noise;
+        let counts = |k: usize| {
+            let is_beside = read.beside_jump > 0.0 && record.is_beside(k, read.beside_jump);
+            read.values[k].is_finite() && !is_beside
+        };
+        let trusted: Vec<bool> = (0..run.time.len()).map(counts).collect();
+        let values = read.values.iter().zip(&trusted);
+        FurtherPart {
+            sensor,
+            measured: values
+                .map(|(y, counts)| if *counts { y / scale } else { 0.0 })
+                .collect(),
+            trusted,
+            scale,
+            reach: reach(read.values.iter().copied().filter(|y| y.is_finite())) / scale,
+        }
+    })
+    .collect()
+}
+
 /// Distance in s from a transition that is far enough for a start, ...
 const FAR: f64 = 1.5e-3;
 /// ... and that is too near.
 const NEAR: f64 = 3e-4;
-/// Distance in samples from a transition within which an acceleration does not count. It jumps there, by thousands of times the
-/// noise, and of the two samples about a jump that moves a little within its interval each may lie on either side.
-const BESIDE_JUMP: f64 = 1.5;
 /// Longest segment in multiples of the horizon.
 const LONGEST: usize = 2;
 
@@ -58,13 +124,20 @@ struct Record<'a> {
     measured: &'a [f64],
     trusted: &'a [bool],
     smoothing: &'a Smoothing,
+    further: &'a [FurtherPart],
     /// Sample interval of the run in s.
     interval: f64,
 }
 
 impl<'a> Record<'a> {
     /// A whole run.
-    fn of(index: usize, run: &'a Run, trusted: &'a [bool], smoothing: &'a Smoothing) -> Self {
+    fn of(
+        index: usize,
+        run: &'a Run,
+        trusted: &'a [bool],
+        smoothing: &'a Smoothing,
+        further: &'a [FurtherPart],
+    ) -> Self {
         Self {
             run: index,
             first: 0,
@@ -72,6 +145,7 @@ impl<'a> Record<'a> {
             measured: &run.measured,
             trusted,
             smoothing,
+            further,
             interval: run.sample_interval(),
         }
     }
@@ -99,6 +173,11 @@ impl<'a> Record<'a> {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Whether sample `k` lies within so many samples of a transition.
+    fn is_beside(&self, k: usize, samples: f64) -> bool {
+        self.clearance(k) <= samples * self.interval
+    }
+
     /// The sample of `range` that counts, is `allowed` and lies furthest from transitions, up to what is far enough; of several the
     /// one nearest to sample `near`.
     fn clearest(
@@ -108,12 +187,15 @@ impl<'a> Record<'a> {
         allowed: impl Fn(usize) -> bool,
     ) -> Option<usize> {
         let far = |k: usize| self.clearance(k).min(FAR);
-        range
-            .filter(|&k| self.trusted[k] && allowed(k))
-            .max_by(|&a, &b| {
+        let best = |all: &dyn Fn(usize) -> bool| {
+            let some = range.clone().filter(|&k| self.trusted[k] && allowed(k));
+            some.filter(|&k| all(k)).max_by(|&a, &b| {
                 let by_place = b.abs_diff(near).cmp(&a.abs_diff(near));
                 far(a).total_cmp(&far(b)).then(by_place)
             })
+        };
+        // Fits use every so many-th sample from the start on: one at which slower sensors read too, where there is one.
+        best(&|k| self.further.iter().all(|part| part.trusted[k])).or_else(|| best(&|_| true))
     }
 
     /// The phase of the contact at sample `k`; `None` before the first.
@@ -150,7 +232,12 @@ impl<'a> Record<'a> {
             run: self.run,
             first: self.first + first,
             time: self.time[range.clone()].to_vec(),
-            measured: self.measured[range].to_vec(),
+            measured: self.measured[range.clone()].to_vec(),
+            further: self
+                .further
+                .iter()
+                .map(|f| f.piece(range.clone()))
+                .collect(),
             count: trusted.iter().filter(|&&t| t).count(),
             trusted,
             stuck,
@@ -170,17 +257,22 @@ impl<'a> Record<'a> {
 ///
 /// A segment starts in slip where it can: slipping, all modes show in the displacement, while in stick the
 /// tip goes with the belt whatever the beam does inside, until it breaks away.
-pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<Segment> {
+pub fn cut(
+    (index, run): (usize, &Run),
+    smoothing: &Smoothing,
+    further: &[FurtherPart],
+    horizon: f64,
+) -> Vec<Segment> {
     let interval = run.sample_interval();
     let mut trusted = run.trusted();
     let length = (horizon / interval).round() as usize;
     if run.measurand == Measurand::Acceleration {
-        let record = Record::of(index, run, &trusted, smoothing);
-        let is_beside = |k: usize| record.clearance(k) <= BESIDE_JUMP * interval;
-        let beside: Vec<usize> = (0..trusted.len()).filter(|&k| is_beside(k)).collect();
+        let record = Record::of(index, run, &trusted, smoothing, further);
+        let beside = (0..trusted.len()).filter(|&k| record.is_beside(k, BESIDE_JUMP));
+        let beside: Vec<usize> = beside.collect();
         beside.into_iter().for_each(|k| trusted[k] = false);
     }
-    let record = Record::of(index, run, &trusted, smoothing);
+    let record = Record::of(index, run, &trusted, smoothing, further);
     let best = |window: Range<usize>, slip: bool| {
         let begin = window.start;
         record.clearest(window, begin, |k| record.slips(k) == slip)
@@ -214,6 +306,12 @@ pub fn cut(index: usize, run: &Run, smoothing: &Smoothing, horizon: f64) -> Vec<
 }
 
 impl Segment {
+    /// Number of values that count, of all sensors.
+    pub fn counted(&self) -> usize {
+        let further = self.further.iter().flat_map(|part| &part.trusted);
+        self.count + further.filter(|&&t| t).count()
+    }
+
     /// Windows of about `length` samples that the segment falls into, each with a start of its own; the first starts where the
     /// segment does.
     pub fn windows(&self, smoothing: &Smoothing, interval: f64, length: usize) -> Vec<Segment> {
@@ -223,6 +321,7 @@ impl Segment {
             time: &self.time,
             measured: &self.measured,
             trusted: &self.trusted,
+            further: &self.further,
             smoothing,
             interval,
         };

@@ -5,17 +5,12 @@
 //! long one no more is taken than is learned from.
 
 use crate::diagnose::data::white_noise::gaussian;
-use crate::measurement::Run;
+use crate::measurement::{LEAST_NOISE, Run};
 use crate::metric::standard_deviation;
 
 /// A motion is one if its standard deviation is at least this many times that of the noise: what
 /// models differ by is a small part of the motion.
 const LEAST_MOTION: f64 = 3.0;
-
-/// Least standard deviation of the noise, as a share of the largest motion's: 100 dB, more than any
-/// sensor's range. Records without noise are a simulation's: what they differ by from
-/// another simulation is rounding, neither white nor of known size.
-const LEAST_NOISE: f64 = 1e-5;
 
 /// Samples of a run that are used, from its start: several times those of the segments that are
 /// fitted. The smoother's time and memory grow with them, and so do those of forecasts.

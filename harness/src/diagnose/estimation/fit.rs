@@ -19,13 +19,39 @@ pub struct Fit {
     /// segments and samples, with the likelihood of [`likelihood`]: no segment is left out of it. Negative infinity before a fit
     /// was linearised.
     pub log_evidence: f64,
-    /// Mean square residual of each segment in m^2.
+    /// Mean square residual of each segment in m^2, of further sensors in units of their noise over the first one's.
     pub mean_square: Vec<f64>,
+    /// The same of each sensor of a segment, the first one first, NaN of one that read nothing there; empty where all segments have one
+    /// sensor.
+    pub by_sensor: Vec<Vec<f64>>,
     /// Covariance of the shared parameters on their scales (empty before it was asked for).
     pub covariance: Option<DMatrix<f64>>,
 }
 
 impl Fit {
+    /// Mean square residual of segment `k` by the first sensor alone, in m^2.
+    pub fn of_first_sensor(&self, k: usize) -> f64 {
+        let of_segment = self.by_sensor.get(k).and_then(|sensors| sensors.first());
+        of_segment.copied().unwrap_or(self.mean_square[k])
+    }
+
+    /// The part of it that belongs to the segments with these places among its own.
+    pub fn of_segments(&self, places: &[usize]) -> Fit {
+        let mut point = self.point.clone();
+        point.states = places
+            .iter()
+            .map(|&i| self.point.states[i].clone())
+            .collect();
+        point.stuck = places.iter().map(|&i| self.point.stuck[i]).collect();
+        let sensors = |&i: &usize| self.by_sensor.get(i).cloned();
+        Fit {
+            mean_square: places.iter().map(|&i| self.mean_square[i]).collect(),
+            by_sensor: places.iter().filter_map(sensors).collect(),
+            point,
+            ..self.clone()
+        }
+    }
+
     /// Root of the `share`-quantile of the mean square errors of the segments, in units of the noise.
     pub fn error_quantile(&self, data: &Observations, share: f64) -> f64 {
         let mut ratio: Vec<f64> = data
@@ -49,4 +75,58 @@ pub struct FittedHypothesis {
     pub hypothesis: Hypothesis,
     /// The fit.
     pub fit: Fit,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_is_stored_and_read_again_with_one_sensor_and_with_several() {
+        for by_sensor in [Vec::new(), vec![vec![1.0, f64::NAN]]] {
+            let fit = Fit {
+                point: Point {
+                    shared: vec![0.5],
+                    per_run: vec![vec![1.0]],
+                    states: vec![vec![0.0; 4]],
+                    stuck: vec![true],
+                },
+                trimmed: 1.0,
+                misfit: 2.0,
+                log_evidence: -3.0,
+                mean_square: vec![4.0],
+                by_sensor,
+                covariance: Some(DMatrix::identity(1, 1)),
+            };
+            let stored = postcard::to_stdvec(&fit).unwrap();
+            let read: Fit = postcard::from_bytes(&stored).unwrap();
+            assert_eq!(read.covariance, fit.covariance);
+            assert_eq!(read.by_sensor.len(), fit.by_sensor.len());
+            let first = if fit.by_sensor.is_empty() { 4.0 } else { 1.0 };
+            assert_eq!(read.of_first_sensor(0), first);
+        }
+    }
+
+    #[test]
+    fn the_part_of_some_segments_keeps_what_belongs_together() {
+        let fit = Fit {
+            point: Point {
+                shared: vec![0.5],
+                per_run: vec![vec![1.0]],
+                states: vec![vec![0.0], vec![1.0], vec![2.0]],
+                stuck: vec![true, false, true],
+            },
+            trimmed: 1.0,
+            misfit: 2.0,
+            log_evidence: -3.0,
+            mean_square: vec![4.0, 5.0, 6.0],
+            by_sensor: vec![vec![4.5], vec![5.5], vec![6.5]],
+            covariance: None,
+        };
+        let part = fit.of_segments(&[2, 1]);
+        assert_eq!(part.point.states, [[2.0], [1.0]]);
+        assert_eq!(part.point.stuck, [true, false]);
+        assert_eq!((part.mean_square[1], part.of_first_sensor(0)), (5.0, 6.5));
+        assert_eq!(part.misfit, fit.misfit);
+    }
 }

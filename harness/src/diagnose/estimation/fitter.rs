@@ -9,14 +9,14 @@
 //! squares; the start states of each segment are eliminated (Schur complement), so that the cost grows linearly with the
 //! number of segments.
 
-use crate::diagnose::data::segment::Segment;
+use crate::diagnose::data::segment::{FurtherPart, Segment};
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::simulator::{Samples, Simulator};
+use crate::diagnose::model::simulator::{RUNAWAY, Samples, Simulator};
 use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
 
@@ -139,12 +139,36 @@ impl<'a, 'b> Fitter<'a, 'b> {
         (0..sums.len()).map(|k| sums[k] / self.count(k)).collect()
     }
 
+    /// Mean squares of each segment's residuals by each of its sensors; empty where all have but one.
+    fn by_sensor(&self, residual: &[Option<Vec<f64>>]) -> Vec<Vec<f64>> {
+        let segments = self.data.segments;
+        if segments.iter().all(|s| s.further.is_empty()) {
+            return Vec::new();
+        }
+        let of_segment = |(segment, residual): (&Segment, &Option<Vec<f64>>)| {
+            let further = segment.further.iter();
+            let further = further.map(|part| self.count_of_further(segment, part));
+            let counts = std::iter::once(self.count_of_first(segment)).chain(further);
+            let Some(residual) = residual else {
+                return counts.map(|_| f64::INFINITY).collect();
+            };
+            let sensors = residual.chunks(residual.len() / (1 + segment.further.len()));
+            let mean = |(rows, count): (&[f64], f64)| {
+                let sum: f64 = rows.iter().map(|r| r * r).sum();
+                if count > 0.0 { sum / count } else { f64::NAN }
+            };
+            sensors.zip(counts).map(mean).collect()
+        };
+        segments.iter().zip(residual).map(of_segment).collect()
+    }
+
     /// Times of a segment that are used.
     pub(crate) fn used(&self, segment: &Segment) -> usize {
         ((segment.time.len() as f64 * self.options.share).ceil() as usize)
             .clamp(2, segment.time.len())
     }
 
+    /// Residuals of the samples used: those of the first sensor, then those of each further one. `None` where the FMU gave up.
     pub(crate) fn residual(&mut self, k: usize, point: &Point) -> Option<Vec<f64>> {
         let segment = &self.data.segments[k];
         let used = self.used(segment);
@@ -152,42 +176,78 @@ impl<'a, 'b> Fitter<'a, 'b> {
         let result = self.simulator.predict(
             segment,
             point.values(k, segment.run),
-            Samples::of(used, self.options.stride),
+            Samples::of(used, self.options.stride).of_all_sensors(),
             &mut out,
         );
-        let stride = self.options.stride;
-        let residual = result.ok().map(|_| {
-            let mut residual: Vec<f64> = out
-                .iter()
-                .enumerate()
-                .map(|(i, y)| {
-                    if segment.trusted[i * stride] {
-                        segment.measured[i * stride] - y
-                    } else {
-                        0.0
-                    }
-                })
-                .collect();
-            // What ran away counts as far off from there on: without a value, a fit that begins far from the data would
-            // have nothing to descend on.
-            residual.resize(used.div_ceil(stride), self.simulator.limit(segment.run));
-            residual
-        });
+        let residual = result.ok().map(|_| self.residual_of(k, &out));
         self.buffer = out;
         residual.filter(|r| r.iter().all(|v| v.is_finite()))
     }
 
+    /// Residuals that a prediction leaves.
+    pub(crate) fn residual_of(&self, k: usize, predicted: &[f64]) -> Vec<f64> {
+        let segment = &self.data.segments[k];
+        let stride = self.options.stride;
+        let rows = self.used(segment).div_ceil(stride);
+        let left = |measured: &[f64], trusted: &[bool], i: usize, y: f64| {
+            if trusted[i * stride] {
+                measured[i * stride] - y
+            } else {
+                0.0
+            }
+        };
+        let of_sensor = predicted.len() / (1 + segment.further.len());
+        let (first, others) = predicted.split_at(of_sensor);
+        let mut residual: Vec<f64> = first
+            .iter()
+            .enumerate()
+            .map(|(i, y)| left(&segment.measured, &segment.trusted, i, *y))
+            .collect();
+        // What ran away counts as far off from there on: without a value, a fit that begins far from the data would
+        // have nothing to descend on.
+        residual.resize(rows, self.simulator.limit(segment.run));
+        for (number, part) in segment.further.iter().enumerate() {
+            let from = residual.len();
+            let own = others[number * of_sensor..(number + 1) * of_sensor].iter();
+            let own = own.enumerate();
+            residual.extend(own.map(|(i, y)| left(&part.measured, &part.trusted, i, *y)));
+            let ran_away = residual.len() - from..rows;
+            let limit = |i: usize| match part.trusted[i * stride] {
+                true => RUNAWAY * part.reach,
+                false => 0.0,
+            };
+            residual.extend(ran_away.map(limit));
+        }
+        residual
+    }
+
     /// Number of samples that were predicted before the motion ran away.
     pub(crate) fn predicted(&self, k: usize, residual: &[f64]) -> usize {
-        let limit = self.simulator.limit(self.data.segments[k].run);
+        let segment = &self.data.segments[k];
+        let limit = self.simulator.limit(segment.run);
+        let first = &residual[..residual.len() / (1 + segment.further.len())];
         // What was predicted is nearer than that, or zero where it is not trusted.
-        let end = residual.iter().position(|r| *r == limit && limit > 0.0);
-        end.unwrap_or(residual.len())
+        let end = first.iter().position(|r| *r == limit && limit > 0.0);
+        end.unwrap_or(first.len())
     }
 
     pub(crate) fn count(&self, k: usize) -> f64 {
         let segment = &self.data.segments[k];
+        let further = segment.further.iter();
+        let further: f64 = further
+            .map(|part| self.count_of_further(segment, part))
+            .sum();
+        self.count_of_first(segment) + further
+    }
+
+    fn count_of_first(&self, segment: &Segment) -> f64 {
         (segment.count as f64 * self.options.share / self.options.stride as f64).max(1.0)
+    }
+
+    /// Readings of a further sensor that count, exactly: one that is slower than the first may read at none of the samples of a stride.
+    fn count_of_further(&self, segment: &Segment, part: &FurtherPart) -> f64 {
+        let used = part.trusted[..self.used(segment)].iter();
+        used.step_by(self.options.stride).filter(|&&t| t).count() as f64
     }
 
     pub(crate) fn loss(&self, k: usize, sum: f64) -> f64 {
@@ -333,6 +393,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
     /// The fit that a place is; `occam` is what the evidence pays for all that is free.
     pub(crate) fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>, occam: f64) -> Fit {
         let mean_square = self.mean_squares(&here.sums);
+        let by_sensor = self.by_sensor(&here.residual);
         let misfit = self.misfit(&here);
         Fit {
             trimmed: here.merit,
@@ -340,6 +401,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
             log_evidence: occam - misfit,
             point: here.point,
             mean_square,
+            by_sensor,
             covariance,
         }
     }

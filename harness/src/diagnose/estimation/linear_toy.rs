@@ -159,6 +159,7 @@ fn segments() -> Vec<Segment> {
                 measured: measured.collect(),
                 trusted: vec![true; SAMPLES],
                 count: SAMPLES,
+                further: Vec::new(),
                 stuck: false,
                 dwell: 0.0,
                 travel: 0.0,

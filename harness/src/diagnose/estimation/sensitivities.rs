@@ -110,7 +110,8 @@ impl Fitter<'_, '_> {
         let segment = &self.data.segments[k];
         let h = self.hypothesis;
         let n = residual.len();
-        let predicted = &residual[..self.predicted(k, &residual)];
+        let rows = n / (1 + segment.further.len());
+        let predicted = self.predicted(k, &residual);
         let list = directions(h, point.stuck[k]);
         let per_run = h.per_run[segment.run].len();
         let mut states = DMatrix::zeros(n, list.len());
@@ -141,7 +142,7 @@ impl Fitter<'_, '_> {
                 // Added to what is measured as it is.
                 let mut column = parameters.column_mut(h.shared.len() + c);
                 let stride = self.options.stride;
-                for (i, slope) in column.iter_mut().enumerate().take(predicted.len()) {
+                for (i, slope) in column.iter_mut().enumerate().take(predicted) {
                     *slope = f64::from(u8::from(segment.trusted[i * stride]));
                 }
             } else {
@@ -165,7 +166,7 @@ impl Fitter<'_, '_> {
                 !known.put(k, segment.run, h, turn, column.as_mut_slice())
             });
         }
-        let exact = self.differentiate(k, &values, &turns, predicted.len(), point.stuck[k]);
+        let exact = self.differentiate(k, &values, &turns, predicted, point.stuck[k]);
         for (number, &turn) in turns.iter().enumerate() {
             let mut column = match turn {
                 Turn::State(_) => states.column_mut(place(turn)),
@@ -174,11 +175,17 @@ impl Fitter<'_, '_> {
             let column = column.as_mut_slice();
             match &exact {
                 Some(slopes) => {
-                    let from = number * predicted.len();
-                    column[..predicted.len()]
-                        .copy_from_slice(&slopes[from..from + predicted.len()]);
+                    let of_sensors = column.chunks_mut(rows);
+                    let first = number * of_sensors.len();
+                    for (sensor, column) in of_sensors.enumerate() {
+                        let from = (first + sensor) * predicted;
+                        column[..predicted].copy_from_slice(&slopes[from..from + predicted]);
+                    }
                 }
-                None => self.difference(k, &mut values, turn, predicted, point.stuck[k], column),
+                None => {
+                    let (residual, stuck) = (&residual[..], point.stuck[k]);
+                    self.difference(k, &mut values, turn, (residual, predicted), stuck, column);
+                }
             }
         }
         Linear {
@@ -189,7 +196,7 @@ impl Fitter<'_, '_> {
     }
 
     /// Derivatives of a segment's prediction at its first `count` samples by all `turns`, one after another, from the FMU
-    /// itself; nothing where it does not offer them. Samples that don't count have none.
+    /// itself, each sensor after sensor; nothing where it does not offer them. Samples that don't count have none.
     fn differentiate(
         &mut self,
         k: usize,
@@ -205,12 +212,22 @@ impl Fitter<'_, '_> {
             segment,
             values.at(stuck),
             turns,
-            Samples { count, stride },
+            Samples {
+                count,
+                stride,
+                further: true,
+            },
             &mut slopes,
         );
-        for slopes in slopes.chunks_mut(count.max(1)) {
+        let of_further = segment.further.iter().map(|part| &part.trusted);
+        let sensors: Vec<&Vec<bool>> = std::iter::once(&segment.trusted)
+            .chain(of_further)
+            .collect();
+        let columns = slopes.chunks_mut(count.max(1)).enumerate();
+        for (number, slopes) in columns {
+            let trusted = sensors[number % sensors.len()];
             for (i, slope) in slopes.iter_mut().enumerate() {
-                if !(segment.trusted[i * stride] && slope.is_finite()) {
+                if !(trusted[i * stride] && slope.is_finite()) {
                     *slope = 0.0;
                 }
             }
@@ -218,21 +235,23 @@ impl Fitter<'_, '_> {
         done.then_some(slopes)
     }
 
-    /// Derivative of a segment's prediction by one thing that can be turned, by differences, written into `column`; `predicted` is the
-    /// residual as far as the motion was followed. A step
-    /// whose response is far too strong to be linear is taken again smaller.
+    /// Derivative of a segment's prediction by one thing that can be turned, by differences, written into `column`, beside what is left of
+    /// `predicted` samples without it. A step whose response is far too strong to be linear is taken again smaller.
     fn difference(
         &mut self,
         k: usize,
         values: &mut Values,
         turn: Turn,
-        predicted: &[f64],
+        (residual, predicted): (&[f64], usize),
         stuck: bool,
         column: &mut [f64],
     ) {
         let segment = &self.data.segments[k];
         let used = self.used(segment);
         let stride = self.options.stride;
+        let sensors = 1 + segment.further.len();
+        let rows = residual.len() / sensors;
+        let followed = |out: &[f64]| (out.len() / sensors).min(predicted);
         let target = (RESPONSE * self.data.noise[segment.run]).max(LEAST_RESPONSE);
         let mut out = std::mem::take(&mut self.buffer);
         for _ in 0..ATTEMPTS {
@@ -241,25 +260,21 @@ impl Fitter<'_, '_> {
             let done = self.simulator.predict(
                 segment,
                 values.at(stuck),
-                Samples::of(used, stride),
+                Samples::of(used, stride).of_all_sensors(),
                 &mut out,
             );
             *values.of(turn) = at;
             let mut norm = 0.0;
             if done.is_ok() {
                 column.fill(0.0);
-                for (i, y) in out.iter().enumerate().take(predicted.len()) {
-                    let changed = if segment.trusted[i * stride] {
-                        segment.measured[i * stride] - y
-                    } else {
-                        0.0
-                    };
-                    let slope = (predicted[i] - changed) / step;
+                let changed = self.residual_of(k, &out);
+                for i in (0..changed.len()).filter(|i| i % rows < followed(&out)) {
+                    let slope = (residual[i] - changed[i]) / step;
                     column[i] = if slope.is_finite() { slope } else { 0.0 };
                     norm += column[i] * column[i];
                 }
             }
-            let compared = out.len().min(predicted.len()).max(1);
+            let compared = (followed(&out) * sensors).max(1);
             let response = (norm / compared as f64).sqrt() * step.abs();
             if response <= 0.0 || !response.is_finite() {
                 break;
@@ -360,7 +375,8 @@ impl Fitter<'_, '_> {
         for k in 0..linear.len() {
             let is_whole = |place: &Place| {
                 let residual = place.residual[k].as_ref();
-                residual.is_some_and(|r| self.predicted(k, r) == r.len())
+                let sensors = 1 + segments[k].further.len();
+                residual.is_some_and(|r| self.predicted(k, r) == r.len() / sensors)
             };
             let lost = new.sums[k] > LOST * old.sums[k] || !is_whole(old) || !is_whole(new);
             let (Some(l), Some(after), false) = (&mut linear[k], &new.residual[k], lost) else {

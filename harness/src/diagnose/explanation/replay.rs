@@ -21,6 +21,8 @@ pub struct Replay {
     pub measured: Vec<f64>,
     /// The model's contact force in N at the same times; NaN where it is not known.
     pub force: Vec<f64>,
+    /// What each of the segment's further sensors is predicted to read at the same times, in its SI unit; likewise.
+    pub further: Vec<Vec<f64>>,
 }
 
 /// Predicts every segment of a errors at every sample.
@@ -54,15 +56,21 @@ pub fn replay(
         let one = |&i: &usize| {
             let index = judgement.segments[i];
             let segment = &problem.segments[index];
-            let measured = run_segment(&mut motion, segment, judgement, i);
+            let mut sensors = run_segment(&mut motion, segment, judgement, i);
+            let measured = sensors.remove(0);
+            let scales = segment.further.iter().map(|part| part.scale);
+            for (values, scale) in sensors.iter_mut().zip(scales) {
+                values.iter_mut().for_each(|y| *y *= scale);
+            }
             // Another output must not be compared with what was measured.
             let free = Segment {
                 measured: vec![f64::NAN; segment.measured.len()],
+                further: Vec::new(),
                 ..segment.clone()
             };
             let whole = measured.last().is_some_and(|d| d.is_finite());
             let force = if whole && force.is_some() {
-                run_segment(&mut contact, &free, judgement, i)
+                run_segment(&mut contact, &free, judgement, i).remove(0)
             } else {
                 vec![f64::NAN; segment.time.len()]
             };
@@ -70,6 +78,7 @@ pub fn replay(
                 segment: index,
                 measured,
                 force,
+                further: sensors,
             }
         };
         Ok(part.iter().map(one).collect::<Vec<Replay>>())
@@ -77,22 +86,33 @@ pub fn replay(
     Ok(results.into_iter().flatten().collect())
 }
 
-/// One output over a segment, filled up with NaN where the FMU or the prediction gave up.
+/// What the sensors read over a segment, the first one first, each filled up with NaN where the FMU or the prediction gave up.
 fn run_segment(
     predictor: &mut Predictor,
     segment: &Segment,
     judgement: &SegmentErrors,
     place: usize,
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
     let point = &judgement.point;
     let mut out = Vec::with_capacity(segment.time.len());
     // A state that the FMU can't start from leaves the picture empty at this segment.
-    let _ = predictor.predict(
+    let done = predictor.predict(
         segment,
         point.values(place, segment.run),
-        Samples::all(segment),
+        Samples::all(segment).of_all_sensors(),
         &mut out,
     );
-    out.resize(segment.time.len(), f64::NAN);
-    out
+    let sensors = 1 + segment.further.len();
+    if done.is_err() {
+        // Further sensors are read once the motion has ended.
+        let reached = out.len();
+        out.resize(reached * sensors, f64::NAN);
+    }
+    let reached = out.len() / sensors;
+    let of_sensor = |i: usize| {
+        let mut own = out[i * reached..(i + 1) * reached].to_vec();
+        own.resize(segment.time.len(), f64::NAN);
+        own
+    };
+    (0..sensors).map(of_sensor).collect()
 }

@@ -16,6 +16,7 @@ use crate::measurement::Measurand;
 use crate::metric::median;
 use crate::observer::Mode;
 use crate::parallel::parallel;
+use Sensors::{All, First};
 
 /// Value given to each number of a curve or profile for the test, in its own unit: a tenth, as such numbers are shares or units of
 /// their spread.
@@ -104,8 +105,8 @@ fn sensor_alone(problem: &Problem) -> Result<Vec<bool>, Error> {
     let sensor = problem.references.observing(displacement.reference);
     let both = |choices: &[Choice]| -> Result<[Vec<Vec<f64>>; 2], Error> {
         Ok([
-            motions(problem, choices, &problem.references, &some)?,
-            motions(problem, choices, &sensor, &some)?,
+            motions(problem, choices, &problem.references, &some, First)?,
+            motions(problem, choices, &sensor, &some, First)?,
         ])
     };
     let plain = both(&[])?;
@@ -144,16 +145,23 @@ fn acting(problem: &Problem) -> Result<Vec<bool>, Error> {
         return Ok(vec![true; effects.len()]);
     }
     let all: Vec<usize> = (0..problem.segments.len()).collect();
-    let plain = motions(problem, &[], &problem.references, &all)?;
+    let plain = motions(problem, &[], &problem.references, &all, All)?;
     parallel(&effects, |&effect| {
         let choice = Choice::of(effect);
-        let with = motions(problem, &[choice], &problem.references, &all)?;
+        let with = motions(problem, &[choice], &problem.references, &all, All)?;
         let differs = |(k, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let noise = problem.noise[problem.segments[k].run];
             a.len() != b.len() || a.iter().zip(b).any(|(a, b)| (a - b).abs() > CHANGE * noise)
         };
         Ok(plain.iter().zip(&with).enumerate().any(differs))
     })
+}
+
+/// Whose readings are looked at.
+#[derive(Clone, Copy)]
+enum Sensors {
+    First,
+    All,
 }
 
 /// The motion over each of some segments, from the smoothed start states, as the output of `references` shows it; empty where it
@@ -163,6 +171,7 @@ fn motions(
     choices: &[Choice],
     references: &References,
     some: &[usize],
+    sensors: Sensors,
 ) -> Result<Vec<Vec<f64>>, Error> {
     let h = problem.hypothesis(choices)?;
     let mut point = Point::centre(&h, &problem.segments);
@@ -183,7 +192,11 @@ fn motions(
         let segment = free.as_ref().unwrap_or(segment);
         let mut motion = Vec::new();
         let values = point.values(k, segment.run);
-        let done = predictor.predict(segment, values, Samples::all(segment), &mut motion);
+        let samples = match sensors {
+            First => Samples::all(segment),
+            All => Samples::all(segment).of_all_sensors(),
+        };
+        let done = predictor.predict(segment, values, samples, &mut motion);
         if !matches!(done, Ok(true)) {
             motion.clear();
         }

@@ -4,6 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile};
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
+use crate::diagnose::model::further_sensors::{FurtherSensors, constants_of_run, shared_constants};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
 use crate::diagnose::model::sensor_ratios::sensor_ratios;
@@ -13,6 +14,7 @@ use crate::fmu::{Fmu, Variable};
 use crate::measurement::{BeamKnowledge, Campaign, Measurand, Run};
 use crate::observer::{Mode, Structure};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// An effect chosen, with the values of its settings.
 #[derive(Debug, Clone, Serialize)]
@@ -67,6 +69,8 @@ pub struct References {
     pub history: [u32; 2],
     /// q[j], q_dot[j] in turn.
     pub states: Vec<u32>,
+    /// What further sensors read.
+    pub further: Arc<FurtherSensors>,
 }
 
 impl References {
@@ -74,7 +78,10 @@ impl References {
     ///
     /// # Errors
     /// A variable that the FMU does not have.
-    pub fn new(fmu: &Fmu, modes: usize, measurand: Measurand) -> Result<Self, Error> {
+    pub fn new(fmu: &Fmu, structure: &Structure, campaign: &Campaign) -> Result<Self, Error> {
+        let modes = structure.modes().len();
+        let measurand = campaign.measurand();
+        let tip_values = structure.modes().iter().map(|m| m.tip_value).collect();
         let one = |name: &str| fmu.variable(name).map(|v| v.reference);
         let mut states = Vec::new();
         for j in 1..=modes {
@@ -93,6 +100,11 @@ impl References {
             tolerance: one("tolerance")?,
             history: [one("belt_travel.start")?, one("dwell_time.start")?],
             states,
+            further: Arc::new(FurtherSensors::new(
+                fmu,
+                &campaign.further_sensors,
+                tip_values,
+            )?),
         })
     }
 }
@@ -104,6 +116,7 @@ impl References {
             measured: output,
             lacks_offset: false,
             states: self.states.clone(),
+            further: self.further.clone(),
             ..*self
         }
     }
@@ -290,6 +303,7 @@ impl Hypothesis {
         let (ratios, of_added_modes) = sensor_ratios(fmu, &campaign.beam.sensor, modes.len())?;
         shared.extend(ratios);
         fixed.extend(of_added_modes);
+        shared.extend(shared_constants(&campaign.further_sensors, modes.len()));
         let input_scales = [shared.len(), shared.len() + 1];
         for (name, std) in [
             ("belt_velocity.scale", belt),
@@ -359,6 +373,9 @@ impl Hypothesis {
             .iter()
             .map(|&belief| vec![level(belief), offset.clone()])
             .collect();
+        for (own, run) in per_run.iter_mut().zip(&campaign.runs) {
+            own.extend(constants_of_run(&campaign.further_sensors, run));
+        }
         let mut extra_states = Vec::new();
         let mut has_memory = false;
         for choice in choices {

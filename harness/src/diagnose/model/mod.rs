@@ -6,6 +6,7 @@ pub mod displacement_range;
 pub mod effect_card;
 pub mod finished_work;
 pub mod friction_prior;
+pub mod further_sensors;
 pub mod hypothesis;
 pub mod library;
 pub mod observations;

@@ -11,6 +11,8 @@ pub enum Kind {
     Level,
     /// A constant that the sensor adds to the displacement as it is.
     Offset,
+    /// A constant of the further sensor with this number.
+    Sensor(usize, SensorConstant),
     /// Strength of an effect: zero means off.
     Amplitude,
     /// A shape constant of an effect.
@@ -23,6 +25,17 @@ pub enum Kind {
     Latent,
     /// Given, never calibrated.
     Constant,
+}
+
+/// What a further sensor has of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorConstant {
+    /// Factor of what it reads.
+    Gain,
+    /// Mode shape of the mode with this index where it looks, over that at the contact.
+    Ratio(usize),
+    /// What it adds in a run.
+    Offset,
 }
 
 /// How a parameter is turned.

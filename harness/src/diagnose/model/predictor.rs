@@ -1,8 +1,11 @@
 //! Predicts segments with one instance of the FMU.
 
-use crate::diagnose::data::segment::Segment;
+use crate::diagnose::data::segment::{Segment, reach};
 use crate::diagnose::model::hypothesis::{Hypothesis, References};
-use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
+use crate::diagnose::model::parameter::{Kind, Parameter};
+use crate::diagnose::model::simulator::{
+    RUNAWAY, Samples, SegmentStart, SegmentValues, Simulator, Turn,
+};
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::{Course, Directions, Drive, Fmu, Instance, Tangents};
@@ -11,17 +14,6 @@ use std::ops::Range;
 
 /// Relative tolerance of the FMU while it is fitted: errors of 1e-10 m, or 1e-7 m/s, far below any sensor's noise.
 const TOLERANCE: f64 = 1e-9;
-
-/// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
-const RUNAWAY: f64 = 5.0;
-
-fn reach(measured: &[f64]) -> f64 {
-    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
-    measured
-        .iter()
-        .map(|d| (d - mean).abs())
-        .fold(0.0, f64::max)
-}
 
 /// Runs segments through the FMU. Belongs to one thread.
 pub struct Predictor<'a> {
@@ -74,7 +66,10 @@ impl<'a> Predictor<'a> {
             work,
             names: Vec::new(),
             values: Vec::new(),
-            reach: runs.iter().map(|r| reach(&r.measured)).collect(),
+            reach: runs
+                .iter()
+                .map(|r| reach(r.measured.iter().copied()))
+                .collect(),
             now: 0.0,
             reached: 0,
         })
@@ -144,6 +139,19 @@ impl<'a> Predictor<'a> {
         )
     }
 
+    /// The constants that the sensors of a run have, and where they stand.
+    fn sensor_constants<'v>(
+        &self,
+        run: usize,
+        values: SegmentValues<'v>,
+    ) -> Vec<(&'a Parameter, f64)> {
+        let h = self.hypothesis;
+        let shared = h.shared.iter().zip(values.shared);
+        let all = shared.chain(h.per_run[run].iter().zip(values.per_run));
+        let of_sensors = all.filter(|(p, _)| matches!(p.kind, Kind::Sensor(..)));
+        of_sensors.map(|(p, position)| (p, *position)).collect()
+    }
+
     /// What drives run `run` over samples; empty where its inputs are constant.
     fn drive(&self, run: usize, range: Range<usize>, shared: &[f64]) -> Option<Drive> {
         let run = &self.runs[run];
@@ -203,7 +211,22 @@ impl Simulator for Predictor<'_> {
         self.gather(segment, values);
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
-        for &turn in turns {
+        let further = match samples.further {
+            true => &segment.further[..],
+            false => &[],
+        };
+        let of_sensor = |turn: &Turn| {
+            let parameter = match *turn {
+                Turn::State(_) => return None,
+                Turn::Shared(c) => &h.shared[c],
+                Turn::PerRun(c) => &h.per_run[segment.run][c],
+            };
+            match parameter.kind {
+                Kind::Sensor(number, of) => Some((number, of)),
+                _ => None,
+            }
+        };
+        for &turn in turns.iter().filter(|turn| of_sensor(turn).is_none()) {
             let modal = 2 * h.modes;
             match turn {
                 Turn::State(i) if i < modal => self.directions.push([(r.states[i], 1.0)]),
@@ -218,27 +241,52 @@ impl Simulator for Predictor<'_> {
             }
         }
         let origin = self.runs[segment.run].time[0];
-        let Samples { count, stride } = samples;
+        let Samples { count, stride, .. } = samples;
         let times: Vec<f64> = (0..count)
             .map(|i| segment.time[i * stride] - origin)
             .collect();
         let (integers, integer_values) = self.integers(values.stuck);
-        let mut motion = vec![0.0; count];
-        slopes.clear();
-        slopes.resize(count * turns.len(), 0.0);
+        let mut outputs = vec![r.measured];
+        if !further.is_empty() {
+            outputs.extend(&r.further.outputs);
+        }
+        let width = count * outputs.len();
+        let mut motion = vec![0.0; width];
+        let mut of_outputs = vec![0.0; width * self.directions.len()];
         let drive = self.drive(segment.run, samples_of(segment), values.shared);
         let course = drive.map_or_else(Course::default, |drive| {
             drive.course(times[0], times[count - 1])
         });
         let tangents = self.tangents.as_mut().expect("looked at above");
-        tangents.set((&integers, &integer_values), (&self.names, &self.values))
+        let done = tangents.set((&integers, &integer_values), (&self.names, &self.values))
             && tangents.evaluate(
                 (&times, &course),
-                r.measured,
+                &outputs,
                 &self.directions,
                 &mut motion,
-                slopes,
-            )
+                &mut of_outputs,
+            );
+        if further.is_empty() && self.directions.len() == turns.len() {
+            *slopes = of_outputs;
+            return done;
+        }
+        slopes.clear();
+        let constants = self.sensor_constants(segment.run, values);
+        let mut directions = of_outputs.chunks(width.max(1));
+        for turn in turns {
+            if let Some(constant) = of_sensor(turn) {
+                slopes.resize(slopes.len() + count, 0.0);
+                let of = (&motion[count..], count);
+                r.further
+                    .slopes_of_constant(further, &constants, constant, of, slopes);
+            } else {
+                let (first, others) = directions.next().expect("one each").split_at(count);
+                slopes.extend(first);
+                r.further
+                    .slopes(further, &constants, (others, count), slopes);
+            }
+        }
+        done
     }
 
     fn limit(&self, run: usize) -> f64 {
@@ -261,20 +309,37 @@ impl Simulator for Predictor<'_> {
         let r = self.references;
         let offset = self.offset(segment.run, values.per_run);
         out.clear();
-        let mut y = [0.0];
-        self.instance.get_real(&[r.measured], &mut y)?;
+        let mut names = vec![r.measured];
+        let is_all = samples.further && !segment.further.is_empty();
+        if is_all {
+            names.extend(&r.further.outputs);
+        }
+        let mut y = vec![0.0; names.len()];
+        let mut others = Vec::new();
+        self.instance.get_real(&names, &mut y)?;
         out.push(y[0] + offset);
+        others.extend(&y[1..]);
+        let mut is_near = true;
         for k in (1..samples.count).map(|i| i * samples.stride) {
             let next = segment.time[k] - origin;
             self.advance(drive.as_ref(), t, next)?;
-            self.instance.get_real(&[r.measured], &mut y)?;
+            self.instance.get_real(&names, &mut y)?;
             y[0] += offset;
             if (y[0] - segment.measured[k]).abs() > self.limit(segment.run) {
                 // A motion that runs away would cost the time of a thousand others.
-                return Ok(false);
+                is_near = false;
+                break;
             }
             out.push(y[0]);
+            others.extend(&y[1..]);
             t = next;
+        }
+        if is_all {
+            let constants = self.sensor_constants(segment.run, values);
+            r.further.read(&segment.further, &constants, &others, out);
+        }
+        if !is_near {
+            return Ok(false);
         }
         self.now = t;
         self.reached = segment.first + (samples.count - 1) * samples.stride;

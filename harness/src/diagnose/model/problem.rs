@@ -4,9 +4,10 @@ use crate::diagnose::data::belt_speed::{BeltScale, belt_scale};
 use crate::diagnose::data::break_away::{BreakAways, place_is_told, predict};
 use crate::diagnose::data::break_away_events::{Event, events};
 use crate::diagnose::data::driven_motion::coarsen;
+use crate::diagnose::data::further_readings::{agree_on_noise, follow_the_motion, silent_sensors};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::data::place_map::PlaceMap;
-use crate::diagnose::data::segment::{Segment, cut, thin};
+use crate::diagnose::data::segment::{Segment, cut, further_parts, thin};
 use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::diagnose::data::usable_run::UsableRun;
@@ -159,7 +160,7 @@ impl<'a> Problem<'a> {
     /// See [`Self::new`].
     pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
-        let references = References::new(fmu, structure.modes().len(), campaign.measurand())?;
+        let references = References::new(fmu, &structure, campaign)?;
         if campaign.runs.iter().any(|run| run.inputs.pushes()) {
             fmu.variable("external_force")?;
         }
@@ -167,7 +168,8 @@ impl<'a> Problem<'a> {
         if !used.iter().any(|u| u.moves) {
             return Err(nothing_moves(campaign));
         }
-        let remarks = used.iter().flat_map(|u| u.remarks.clone()).collect();
+        let mut remarks: Vec<String> = used.iter().flat_map(|u| u.remarks.clone()).collect();
+        remarks.extend(silent_sensors(campaign));
         let mut campaign = Campaign {
             runs: used.into_iter().map(|u| u.run).collect(),
             ..campaign.clone()
@@ -183,15 +185,21 @@ impl<'a> Problem<'a> {
         let expected = StartFriction::of(fmu)?;
         let smooth = |run: &Run| smooth_run(run, &structure, &|v| expected.at(v));
         let smoothings = parallel(&campaign.runs, smooth)?;
+        agree_on_noise(&mut campaign.runs);
+        follow_the_motion(&campaign, &structure, &smoothings)?;
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
         let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
         let noise = of_one_sensor(&estimates);
         for (run, noise) in campaign.runs.iter_mut().zip(&noise) {
-            coarsen(&structure, run, horizon, *noise);
+            // What a coarse force does to the readings of further sensors is not looked at.
+            if run.further.is_empty() {
+                coarsen(&structure, run, horizon, *noise);
+            }
         }
         let mut segments = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
-            let of_run = cut(index, run, smoothing, horizon);
+            let further = further_parts(run, smoothing, noise[index]);
+            let of_run = cut((index, run), smoothing, &further, horizon);
             let most = match run.inputs.series().next() {
                 Some(_) => MOST_DRIVEN_SEGMENTS,
                 None => MOST_SEGMENTS,
@@ -330,9 +338,15 @@ impl<'a> Problem<'a> {
         self.fit_noise.clone_from(&self.noise);
     }
 
-    /// Makes fits count with these standard deviations, one for each run.
-    pub fn count_with(&mut self, noise: Vec<f64>) {
+    /// Makes fits count with these standard deviations of the first sensor, one for each run, and further ones `of_further` times as uncertain
+    /// beside it, run by run.
+    pub fn count_with(&mut self, noise: Vec<f64>, of_further: &[Vec<f64>]) {
         self.fit_noise = noise;
+        for segment in &mut self.segments {
+            for part in &mut segment.further {
+                part.loosen(of_further[segment.run][part.sensor]);
+            }
+        }
     }
 
     /// Whether so much was computed that no more pairs are begun ([`MOST_WORK`]), longer and driven segments weighed by what they

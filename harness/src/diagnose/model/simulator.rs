@@ -3,6 +3,9 @@
 use crate::diagnose::data::segment::Segment;
 use crate::error::Error;
 
+/// Deviation from the measurement, relative to the run's amplitude, at which a prediction is given up.
+pub const RUNAWAY: f64 = 5.0;
+
 /// One thing that can be turned in a segment.
 #[derive(Debug, Clone, Copy)]
 pub enum Turn {
@@ -43,6 +46,8 @@ pub struct Samples {
     pub count: usize,
     /// Samples of the segment from one to the next.
     pub stride: usize,
+    /// Whether what further sensors read is predicted too.
+    pub further: bool,
 }
 
 impl Samples {
@@ -51,6 +56,15 @@ impl Samples {
         Self {
             count: used.div_ceil(stride),
             stride,
+            further: false,
+        }
+    }
+
+    /// The same of all sensors.
+    pub fn of_all_sensors(self) -> Self {
+        Self {
+            further: true,
+            ..self
         }
     }
 
@@ -62,8 +76,9 @@ impl Samples {
 
 /// A model that predicts segments. The FMU is one ([`super::predictor::Predictor`]); the estimation knows no other side of it.
 pub trait Simulator {
-    /// Writes what is predicted to be measured, in m or m/s, at the samples asked for; `false` if the motion ran away from the measurement
-    /// and was given up, after the samples written.
+    /// Writes what is predicted to be measured, in m or m/s, at the samples asked for, and, where they are asked for, what the segment's
+    /// further sensors read at the same samples, one after another; `false` if the motion ran away from the measurement and was given up,
+    /// after the samples written.
     ///
     /// # Errors
     /// Values that the model refuses, or a motion that it can't follow.
@@ -75,7 +90,7 @@ pub trait Simulator {
         out: &mut Vec<f64>,
     ) -> Result<bool, Error>;
 
-    /// Derivatives of what is measured at the samples asked for by each of `turns`, one after another in `slopes`; `false`
+    /// Derivatives of what [`Self::predict`] writes by each of `turns`, one after another in `slopes`; `false`
     /// where the model does not offer them or can't follow the motion: they are then taken by differences.
     fn differentiate(
         &mut self,

@@ -11,6 +11,7 @@ use crate::diagnose::result::diagnosis::{
     Diagnosis, Evidence, FoundEffect, FurtherEffect, RunValues, Rung, Standing, Verdict,
 };
 use crate::diagnose::result::error_ladder::Step;
+use crate::diagnose::result::further_sensors::found_sensors;
 use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
@@ -180,6 +181,7 @@ pub fn conclude(
         structure: known_structure(problem)?,
         counters: problem.work.counts(),
         runs: run_values(problem, &steps[last]),
+        further_sensors: found_sensors(problem, fitted),
         effects,
         error_ladder: ladder,
     })
@@ -314,6 +316,7 @@ fn rung(
         valid_time_s,
         forecasts,
         by_run,
+        further_over_noise: holdout.of_further.clone(),
     }
 }
 

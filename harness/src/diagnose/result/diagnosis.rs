@@ -2,6 +2,7 @@
 
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::work::Counts;
+use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::unknown::Unknown;
 use crate::diagnose::selection::next_measurement::NextMeasurement;
 use crate::diagnose::validation::estimate::Estimate;
@@ -94,6 +95,9 @@ pub struct Rung {
     pub forecasts: Vec<Forecast>,
     /// Error of each run, held-out error where it is kept out.
     pub by_run: Vec<f64>,
+    /// Median error of each further sensor over its noise, on the runs kept out; NaN where it read nothing there.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_over_noise: Vec<f64>,
 }
 
 /// A candidate's standing.
@@ -208,6 +212,9 @@ pub struct Diagnosis {
     pub counters: Counts,
     /// Friction level and sensor offset of each run.
     pub runs: Vec<RunValues>,
+    /// Sensors beside the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_sensors: Vec<FoundSensor>,
 }
 
 /// Campaigns held displacements alone once, and their diagnoses stay as they were.

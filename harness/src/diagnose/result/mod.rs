@@ -4,6 +4,7 @@ pub mod assemble;
 pub mod curve_formula;
 pub mod diagnosis;
 pub mod error_ladder;
+pub mod further_sensors;
 pub mod hysteresis;
 pub mod run_sets;
 mod shape;

@@ -65,7 +65,9 @@ pub fn largest_gains(
         let mut segments = measured.clone();
         for (segment, clean) in segments.iter_mut().zip(&predicted) {
             let std = problem.noise[segment.run];
-            for (value, y) in segment.measured.iter_mut().zip(clean) {
+            let further = segment.further.iter_mut().map(|part| &mut part.measured);
+            let measured = std::iter::once(&mut segment.measured).chain(further);
+            for (value, y) in measured.flatten().zip(clean) {
                 *value = y + std * gaussian(&mut random);
             }
         }
@@ -94,7 +96,7 @@ pub fn largest_gains(
     Ok(gains)
 }
 
-/// Displacement of each segment by the fitted model, m; as measured where it gave up.
+/// What all sensors read in each segment by the fitted model; as measured where it gave up.
 fn predictions(
     problem: &Problem,
     base: &FittedHypothesis,
@@ -108,12 +110,15 @@ fn predictions(
         let done = predictor.predict(
             segment,
             point.values(k, segment.run),
-            Samples::all(segment),
+            Samples::all(segment).of_all_sensors(),
             &mut y,
         );
         match done {
             Ok(true) if y.iter().all(|v| v.is_finite()) => out.push(y),
-            _ => out.push(segment.measured.clone()),
+            _ => {
+                let further = segment.further.iter().flat_map(|part| &part.measured);
+                out.push(segment.measured.iter().chain(further).copied().collect());
+            }
         }
     }
     Ok(out)

@@ -68,6 +68,33 @@ pub fn discrepancy(problem: &Problem, selection: &Selection) -> Result<Vec<f64>,
     Ok(times.iter().enumerate().map(of_run).collect())
 }
 
+/// How many times as uncertain each run's readings of each further sensor are to count beside the first one, which counts with `noise` of each
+/// run in m by then: with what the best model of a selection leaves of them, or their own noise where that is more.
+///
+/// # Errors
+/// An FMU that can't be instantiated.
+pub fn of_further(
+    problem: &Problem,
+    selection: &Selection,
+    noise: &[f64],
+) -> Result<Vec<Vec<f64>>, Error> {
+    let best = by_error(selection)[0];
+    if best.fit.of_further.is_empty() {
+        return Ok(vec![Vec::new(); noise.len()]);
+    }
+    let segments = problem.copies(&best.fit.segments);
+    let times = correlation_times(problem, &segments, &best.fitted)?;
+    let of_run = |(run, tau): (usize, &f64)| {
+        let of_sensor = |left: &f64| {
+            // Of a sensor that read nothing there is nothing to count.
+            let left = if left.is_finite() { *left } else { 1.0 };
+            (left * tau.sqrt()).max(1.0) * problem.noise[run] / noise[run]
+        };
+        best.fit.of_further.iter().map(of_sensor).collect()
+    };
+    Ok(times.iter().enumerate().map(of_run).collect())
+}
+
 /// Compares the best models of a selection that explains nothing again, with the noise that the problem's fits count with by
 /// now, adds effects while they are worth their price, and puts the most probable hypothesis at the end of the path.
 ///

@@ -66,7 +66,7 @@ impl FittedModel {
             choices,
             fitted,
             holdout: None,
-            samples: segments.iter().map(|s| s.count as f64).sum::<f64>() / STRIDE as f64,
+            samples: segments.iter().map(|s| s.counted() as f64).sum::<f64>() / STRIDE as f64,
             full_refit: None,
             is_refuted: false,
             is_passed_over: false,

@@ -170,6 +170,7 @@ fn forecast(
             .iter()
             .map(|y| y + noise * gaussian(&mut random))
             .collect(),
+        further: Vec::new(),
         faults: Vec::new(),
         ..measured.clone()
     };

@@ -99,11 +99,14 @@ fn member(
     }
     let measured_again = learned.segments.iter().map(|s| {
         let noise = problem.noise[s.run];
-        let measured = s.measured.iter().map(|y| y + noise * gaussian(&mut random));
-        Segment {
-            measured: measured.collect(),
-            ..s.clone()
+        let mut segment = s.clone();
+        let further = segment.further.iter_mut().map(|part| &mut part.measured);
+        for measured in std::iter::once(&mut segment.measured).chain(further) {
+            for y in measured {
+                *y += noise * gaussian(&mut random);
+            }
         }
+        segment
     });
     let segments: Vec<Segment> = measured_again.collect();
     let data = Observations {

@@ -1,6 +1,6 @@
 //! A run kept out, of which the first part has been learned, and its motion from there.
 
-use crate::diagnose::data::segment::{Segment, cut};
+use crate::diagnose::data::segment::{Segment, cut, further_parts};
 use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
@@ -53,7 +53,8 @@ impl<'a> LearnedRun<'a> {
         let Ok(smoothing) = smooth_run(&beginning, &structure, &|v| expected.at(v)) else {
             return Ok(None);
         };
-        let segments = cut(index, &beginning, &smoothing, problem.horizon);
+        let further = further_parts(&beginning, &smoothing, problem.noise[index]);
+        let segments = cut((index, &beginning), &smoothing, &further, problem.horizon);
         if segments.is_empty() {
             return Ok(None);
         }
@@ -152,7 +153,9 @@ impl<'a> LearnedRun<'a> {
     pub(crate) fn one_cycle(&self) -> Result<f64, Error> {
         let (problem, h, r) = (self.problem, self.hypothesis, self.index);
         let run = &self.runs[r];
-        let segments = cut(r, run, &problem.smoothings[r], problem.horizon);
+        let smoothing = &problem.smoothings[r];
+        let further = further_parts(run, smoothing, problem.noise[r]);
+        let segments = cut((r, run), smoothing, &further, problem.horizon);
         let mut point = Point::centre(h, &segments);
         point.shared.clone_from(&self.point.shared);
         point.per_run.clone_from(&self.point.per_run);

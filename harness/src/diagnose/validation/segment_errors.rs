@@ -19,18 +19,20 @@ use crate::error::Error;
 /// Errors of prediction.
 #[derive(Debug, Clone)]
 pub struct SegmentErrors {
-    /// Root mean square error over the standard deviation of the displacement.
+    /// Root mean square error over the standard deviation of the displacement, by the first sensor.
     pub nrmse: f64,
     /// The same for each run (NaN for runs not judged).
     pub by_run: Vec<f64>,
-    /// Mean square error of each segment over the noise's, sorted.
+    /// Mean square error of each segment over the noise's, by all sensors, sorted.
     pub ratio: Vec<f64>,
     /// Objective without the worst fifth of the segments.
     pub trimmed: f64,
     /// Indices of the segments judged.
     pub segments: Vec<usize>,
-    /// Mean square error of each of them in m^2.
+    /// Mean square error of each of them in m^2, by all sensors.
     pub mean_square: Vec<f64>,
+    /// Root of the median mean square error of each further sensor, in units of its noise; NaN where it read nothing.
+    pub of_further: Vec<f64>,
     /// Where the parameters stood for them.
     pub point: Point,
     /// Of a errors on what was kept out, the segments that taught and those judged, and where all stood in the end.
@@ -52,9 +54,9 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
     let count = problem.campaign.runs.len();
     let mut squares = vec![Vec::new(); count];
     let mut ratio = Vec::new();
-    for (&k, m) in segments.iter().zip(&fit.mean_square) {
+    for (place, (&k, m)) in segments.iter().zip(&fit.mean_square).enumerate() {
         let run = problem.segments[k].run;
-        squares[run].push(*m);
+        squares[run].push(fit.of_first_sensor(place));
         ratio.push(m / problem.noise[run].powi(2));
     }
     ratio.sort_by(f64::total_cmp);
@@ -72,9 +74,28 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
         trimmed: fit.trimmed,
         segments: segments.to_vec(),
         mean_square: fit.mean_square.clone(),
+        of_further: of_further(problem, segments, fit),
         point: fit.point.clone(),
         all_segments: None,
     }
+}
+
+/// Root of the median mean square error of each further sensor, over its noise.
+fn of_further(problem: &Problem, segments: &[usize], fit: &Fit) -> Vec<f64> {
+    let of_sensor = |number: usize| {
+        let mut ratio = Vec::new();
+        for (&k, squares) in segments.iter().zip(&fit.by_sensor) {
+            let segment = &problem.segments[k];
+            let read = segment.further.iter().zip(&squares[1..]);
+            let own = read.filter(|(part, square)| part.sensor == number && !square.is_nan());
+            ratio.extend(own.map(|(_, square)| square / problem.noise[segment.run].powi(2)));
+        }
+        ratio.sort_by(f64::total_cmp);
+        let middle = ratio.get(ratio.len() / 2).copied();
+        middle.map_or(f64::NAN, f64::sqrt)
+    };
+    let sensors = 0..problem.campaign.further_sensors.len();
+    sensors.map(of_sensor).collect()
 }
 
 /// Share of the segments of a run that an error leaves out: those that graze a transition, where the
@@ -248,15 +269,5 @@ fn only(fit: &Fit, all: &[usize], wanted: &[usize]) -> Fit {
         .iter()
         .filter_map(|k| all.iter().position(|a| a == k))
         .collect();
-    let mut point = fit.point.clone();
-    point.states = places
-        .iter()
-        .map(|&i| fit.point.states[i].clone())
-        .collect();
-    point.stuck = places.iter().map(|&i| fit.point.stuck[i]).collect();
-    Fit {
-        mean_square: places.iter().map(|&i| fit.mean_square[i]).collect(),
-        point,
-        ..fit.clone()
-    }
+    fit.of_segments(&places)
 }

@@ -11,6 +11,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::fitter::{Fitter, Listener};
 use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::segment_errors::{held_out, of_fit};
@@ -58,6 +59,7 @@ fn error_of(problem: &Problem, indices: &[usize], mean_square: &[f64]) -> f64 {
         misfit: f64::NAN,
         log_evidence: f64::NEG_INFINITY,
         mean_square: mean_square.to_vec(),
+        by_sensor: Vec::new(),
         covariance: None,
     };
     of_fit(problem, indices, &fit).nrmse
@@ -159,7 +161,7 @@ fn merged(draft: &Draft, found: &Draft) -> Draft {
 }
 
 /// The hypothesis at a point with all held but the parameters named: what all runs share becomes constant, and what can't (scales
-/// of inputs, a run's own) is believed to be where it stands.
+/// of inputs, constants of sensors, a run's own) is believed to be where it stands.
 fn held(h: &Hypothesis, point: &Point, free: &BTreeSet<String>) -> (Hypothesis, Point) {
     let (mut out, mut at) = (h.clone(), point.clone());
     (out.shared, at.shared) = (Vec::new(), Vec::new());
@@ -167,7 +169,8 @@ fn held(h: &Hypothesis, point: &Point, free: &BTreeSet<String>) -> (Hypothesis, 
         let mut parameter = parameter.clone();
         let scale = h.input_scales.iter().position(|s| *s == i);
         if !free.contains(&parameter.name) {
-            if scale.is_none() {
+            // What the FMU does not have can't be set there.
+            if scale.is_none() && !matches!(parameter.kind, Kind::Sensor(..)) {
                 out.fixed.extend(parameter.settings(position));
                 continue;
             }

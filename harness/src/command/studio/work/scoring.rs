@@ -8,7 +8,6 @@ use super::{Bench, Finding, as_fitted, settled};
 use crate::command::studio::model::{Draft, draft as draft_of};
 use crate::diagnose::initialisation::score_test::{At, is_testable, look};
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::point::Point;
 use crate::diagnose::model::variants::variants;
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -40,16 +39,7 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
     let every = all.len().div_ceil(SEGMENTS).max(1);
     let indices: Vec<usize> = all.into_iter().step_by(every).collect();
     let segments = problem.copies(&indices);
-    let fit = &mut fitted.fit;
-    fit.point = Point {
-        states: indices
-            .iter()
-            .map(|&k| fit.point.states[k].clone())
-            .collect(),
-        stuck: indices.iter().map(|&k| fit.point.stuck[k]).collect(),
-        ..fit.point.clone()
-    };
-    fit.mean_square = indices.iter().map(|&k| fit.mean_square[k]).collect();
+    fitted.fit = fitted.fit.of_segments(&indices);
     let own = &fitted.hypothesis.choices;
     let jobs: Vec<Choice> = (0..problem.catalogue.len())
         .filter(|&e| is_testable(&problem.catalogue[e]) && own.iter().all(|c| c.effect != e))

@@ -197,6 +197,7 @@ fn carried(
         misfit: f64::NAN,
         log_evidence: f64::NEG_INFINITY,
         mean_square: Vec::new(),
+        by_sensor: Vec::new(),
         covariance: None,
     };
     Ok(FittedHypothesis { hypothesis, fit })

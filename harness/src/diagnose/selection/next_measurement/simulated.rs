@@ -47,6 +47,7 @@ pub(crate) fn simulated(
         belt_velocity: belt,
         normal_force: force,
         measured: vec![-far, far],
+        further: Vec::new(),
         ..measured.clone()
     };
     let modes = structure(problem.fmu, &problem.campaign.beam)?;
@@ -67,6 +68,7 @@ pub(crate) fn simulated(
         measured: vec![0.0; count],
         trusted: vec![true; count],
         count,
+        further: Vec::new(),
         stuck: !hypothesis.has_memory,
         dwell: 0.0,
         travel: 0.0,

@@ -1,0 +1,307 @@
+//! Further sensors as a fit has them: outputs of the FMU, what each sensor makes of them, and the constants of its own.
+
+use crate::diagnose::data::segment::FurtherPart;
+use crate::diagnose::model::parameter::{Kind, Parameter, Scale, SensorConstant};
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::measurement::{FurtherRecord, FurtherSensor, Reading, Run};
+use crate::metric::standard_deviation;
+
+/// Standard deviations from what is stated within which factor and place of a sensor are sought: beyond, the campaign states another one.
+const REACH: f64 = 6.0;
+/// The same of its zero: ten times what varies, as the first sensor's, where nothing is stated.
+const REACH_OF_ZERO: f64 = 500.0;
+
+/// Default standard deviation of a sensor's zero, as a share of the standard deviation of what it reads; that of the first sensor too.
+const OFFSET_STD: f64 = 0.02;
+
+/// Standard deviation of what was read.
+fn spread(record: &FurtherRecord) -> f64 {
+    let read = record.values.iter().copied().filter(|y| y.is_finite());
+    standard_deviation(&read.collect::<Vec<_>>())
+}
+
+/// A constant of a sensor, which the FMU does not have.
+fn constant(
+    (sensor, item): (&FurtherSensor, &str),
+    unit: &str,
+    kind: Kind,
+    (prior, prior_std): (f64, f64),
+    reach: f64,
+) -> Parameter {
+    Parameter {
+        // A sensor may be called as an effect is, or as the first sensor.
+        name: format!("further_sensor.{}.{item}", sensor.name),
+        unit: unit.into(),
+        kind,
+        targets: Vec::new(),
+        scale: Scale::Linear,
+        prior,
+        prior_std,
+        min: prior - reach * prior_std,
+        max: prior + reach * prior_std,
+        step: 0.02 * prior_std,
+        support: None,
+    }
+}
+
+/// What all runs have of the further sensors: the factor of each, and its place by the structure's `modes` first modes.
+pub fn shared_constants(sensors: &[FurtherSensor], modes: usize) -> Vec<Parameter> {
+    let mut out = Vec::new();
+    for (number, sensor) in sensors.iter().enumerate() {
+        let kind = |of| Kind::Sensor(number, of);
+        let (gain, belief) = (kind(SensorConstant::Gain), (1.0, sensor.gain_std));
+        out.push(constant((sensor, "gain"), "1", gain, belief, REACH));
+        if sensor.place.is_tip() {
+            continue;
+        }
+        let ratios = sensor.place.ratios.iter().zip(&sensor.place.stds);
+        for (j, belief) in ratios.enumerate().take(modes) {
+            let item = format!("mode_ratio[{}]", j + 1);
+            let (ratio, belief) = (kind(SensorConstant::Ratio(j)), (*belief.0, *belief.1));
+            out.push(constant((sensor, &item), "1", ratio, belief, REACH));
+        }
+    }
+    out
+}
+
+/// What a run has of its own of the further sensors, their zeros. All runs have the same ones: that of a sensor which read nothing in one stays
+/// where it is believed to be.
+pub fn constants_of_run(sensors: &[FurtherSensor], run: &Run) -> Vec<Parameter> {
+    let zero = |(number, sensor): (usize, &FurtherSensor)| {
+        let record = run.further.get(number).and_then(Option::as_ref);
+        let usual = || record.map_or(1.0, |record| OFFSET_STD * spread(record));
+        let std = sensor.offset_std.unwrap_or_else(usual);
+        constant(
+            (sensor, "offset"),
+            sensor.reading.unit(),
+            Kind::Sensor(number, SensorConstant::Offset),
+            (0.0, std),
+            REACH_OF_ZERO,
+        )
+    };
+    sensors.iter().enumerate().map(zero).collect()
+}
+
+/// What a sensor reads of the FMU's outputs, by their places among [`FurtherSensors::outputs`].
+struct Parts {
+    /// That of the contact.
+    whole: usize,
+    /// Modal displacements or velocities; none for a sensor at the contact.
+    modes: Vec<usize>,
+    /// Ratios of the modes as stated, where nothing else is known.
+    ratios: Vec<f64>,
+    /// The ratio of modes that effects add.
+    ratio_of_added: f64,
+}
+
+/// The further sensors of a campaign.
+pub struct FurtherSensors {
+    /// Value references of the FMU's outputs that they read.
+    pub outputs: Vec<u32>,
+    parts: Vec<Parts>,
+    /// Mode shapes at the contact.
+    tip_values: Vec<f64>,
+}
+
+/// Constants of a sensor where a fit stands.
+#[derive(Debug, Clone, Default)]
+struct Constants {
+    gain: f64,
+    ratios: Vec<f64>,
+    offset: f64,
+}
+
+impl FurtherSensors {
+    /// The sensors, read from an FMU with these mode shapes at the contact.
+    ///
+    /// # Errors
+    /// An FMU without an output that a sensor reads.
+    pub fn new(fmu: &Fmu, sensors: &[FurtherSensor], tip_values: Vec<f64>) -> Result<Self, Error> {
+        let mut outputs: Vec<u32> = Vec::new();
+        let mut place = |name: &str| -> Result<usize, Error> {
+            let reference = fmu.variable(name)?.reference;
+            let known = outputs.iter().position(|o| *o == reference);
+            Ok(known.unwrap_or_else(|| {
+                outputs.push(reference);
+                outputs.len() - 1
+            }))
+        };
+        let mut parts = Vec::new();
+        for sensor in sensors {
+            let whole = place(sensor.reading.output())?;
+            let state = match sensor.reading {
+                Reading::Velocity => "q_dot",
+                _ => "q",
+            };
+            let mut modes = Vec::new();
+            if !sensor.place.is_tip() {
+                for j in 1..=tip_values.len() {
+                    modes.push(place(&format!("{state}[{j}]"))?);
+                }
+            }
+            let of_added = sensor.place.ratios.get(tip_values.len());
+            let mut ratios = vec![1.0; modes.len()];
+            ratios
+                .iter_mut()
+                .zip(&sensor.place.ratios)
+                .for_each(|(to, ratio)| *to = *ratio);
+            parts.push(Parts {
+                whole,
+                modes,
+                ratios,
+                ratio_of_added: of_added.copied().unwrap_or(1.0),
+            });
+        }
+        Ok(Self {
+            outputs,
+            parts,
+            tip_values,
+        })
+    }
+
+    /// Where the constants of sensor `number` stand.
+    fn constants(&self, number: usize, all: &[(&Parameter, f64)]) -> Constants {
+        let mut found = Constants {
+            gain: 1.0,
+            ratios: self.parts[number].ratios.clone(),
+            offset: 0.0,
+        };
+        for (parameter, position) in all {
+            match parameter.kind {
+                Kind::Sensor(n, of) if n == number => match of {
+                    SensorConstant::Gain => found.gain = *position,
+                    SensorConstant::Offset => found.offset = *position,
+                    SensorConstant::Ratio(j) => {
+                        if let Some(ratio) = found.ratios.get_mut(j) {
+                            *ratio = *position;
+                        }
+                    }
+                },
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// What mode `j` adds at the contact, of outputs given by their places.
+    fn of_mode(&self, parts: &Parts, j: usize, output: &dyn Fn(usize) -> f64) -> f64 {
+        self.tip_values[j] * output(parts.modes[j])
+    }
+
+    /// What a sensor sees where it looks, of outputs, or of their derivatives, given by their places.
+    fn seen(&self, parts: &Parts, ratios: &[f64], output: &dyn Fn(usize) -> f64) -> f64 {
+        let whole = output(parts.whole);
+        if parts.modes.is_empty() {
+            return whole;
+        }
+        let (mut seen, mut rest) = (0.0, whole);
+        for (j, ratio) in ratios.iter().enumerate() {
+            let of_mode = self.of_mode(parts, j, output);
+            seen += ratio * of_mode;
+            rest -= of_mode;
+        }
+        // What is left at the contact is of modes that effects add.
+        seen + parts.ratio_of_added * rest
+    }
+
+    /// Appends to `out` what each sensor of a segment reads, one after another, over the scale that its values there have; `outputs`
+    /// are those of [`Self::outputs`], sample after sample.
+    pub fn read(
+        &self,
+        further: &[FurtherPart],
+        constants: &[(&Parameter, f64)],
+        outputs: &[f64],
+        out: &mut Vec<f64>,
+    ) {
+        for part in further {
+            let own = self.constants(part.sensor, constants);
+            for sample in outputs.chunks(self.outputs.len()) {
+                let seen = self.seen(&self.parts[part.sensor], &own.ratios, &|i| sample[i]);
+                out.push((own.gain * seen + own.offset) / part.scale);
+            }
+        }
+    }
+
+    /// Appends to `out` how the readings of a segment change in a direction in which the outputs change by `slopes`, output after
+    /// output, `count` samples each.
+    pub fn slopes(
+        &self,
+        further: &[FurtherPart],
+        constants: &[(&Parameter, f64)],
+        (slopes, count): (&[f64], usize),
+        out: &mut Vec<f64>,
+    ) {
+        for part in further {
+            let own = self.constants(part.sensor, constants);
+            let parts = &self.parts[part.sensor];
+            for k in 0..count {
+                let seen = self.seen(parts, &own.ratios, &|i| slopes[i * count + k]);
+                out.push(own.gain * seen / part.scale);
+            }
+        }
+    }
+
+    /// Appends to `out` how the readings of a segment change with constant `of` of sensor `number`, where the outputs are `values`,
+    /// output after output, `count` samples each.
+    pub fn slopes_of_constant(
+        &self,
+        further: &[FurtherPart],
+        constants: &[(&Parameter, f64)],
+        (number, of): (usize, SensorConstant),
+        (values, count): (&[f64], usize),
+        out: &mut Vec<f64>,
+    ) {
+        for part in further {
+            if part.sensor != number {
+                out.resize(out.len() + count, 0.0);
+                continue;
+            }
+            let own = self.constants(number, constants);
+            let parts = &self.parts[number];
+            for k in 0..count {
+                let output = |i: usize| values[i * count + k];
+                let slope = match of {
+                    SensorConstant::Gain => self.seen(parts, &own.ratios, &output),
+                    SensorConstant::Ratio(j) => own.gain * self.of_mode(parts, j, &output),
+                    SensorConstant::Offset => 1.0,
+                };
+                out.push(slope / part.scale);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::SensorPlace;
+
+    #[test]
+    fn a_sensor_at_the_contact_has_a_factor_and_no_place() {
+        let sensor = |ratios: Vec<f64>| FurtherSensor {
+            name: "laser".into(),
+            reading: Reading::Displacement,
+            place: SensorPlace {
+                stds: vec![0.025; ratios.len()],
+                ratios,
+            },
+            gain_std: 0.01,
+            offset_std: None,
+            noise_std: None,
+            delay: 0.0,
+            column: "w".into(),
+            scale: None,
+        };
+        let names = |ratios: Vec<f64>, modes: usize| -> Vec<String> {
+            let all = shared_constants(&[sensor(ratios)], modes);
+            all.into_iter().map(|p| p.name).collect()
+        };
+        assert_eq!(names(Vec::new(), 2), ["further_sensor.laser.gain"]);
+        // As stated of a structure with one mode.
+        assert_eq!(names(vec![1.0], 1), ["further_sensor.laser.gain"]);
+        let two = names(vec![0.6, -0.3, 0.1], 2);
+        assert_eq!(two[2], "further_sensor.laser.mode_ratio[2]");
+        assert_eq!(two.len(), 3);
+    }
+}
