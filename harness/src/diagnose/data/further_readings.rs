@@ -165,6 +165,12 @@ impl Looked {
     }
 }
 
+/// Standard deviation of what a sensor read in a run.
+pub fn spread(record: &FurtherRecord) -> f64 {
+    let read = record.values.iter().copied().filter(|y| y.is_finite());
+    standard_deviation(&read.collect::<Vec<_>>())
+}
+
 /// Which sensors read nothing that varies, in which run.
 pub fn silent_sensors(campaign: &Campaign) -> Vec<String> {
     let of_run = |run: &Run| -> Vec<String> {
@@ -191,11 +197,8 @@ pub fn agree_on_noise(runs: &mut [Run]) {
             let least = agreed.iter().copied().fold(f64::INFINITY, f64::min);
             agreed.fill(least);
         }
-        let spread = |record: &&mut FurtherRecord| {
-            let read = record.values.iter().copied().filter(|y| y.is_finite());
-            standard_deviation(&read.collect::<Vec<_>>())
-        };
-        let largest = records.iter().map(spread).fold(0.0, f64::max);
+        let spreads = records.iter().map(|record| spread(record));
+        let largest = spreads.fold(0.0, f64::max);
         for (record, noise) in records.iter_mut().zip(agreed) {
             record.noise_std = noise.max(LEAST_NOISE * largest);
         }

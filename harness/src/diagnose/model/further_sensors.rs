@@ -1,11 +1,11 @@
 //! Further sensors as a fit has them: outputs of the FMU, what each sensor makes of them, and the constants of its own.
 
+use crate::diagnose::data::further_readings::spread;
 use crate::diagnose::data::segment::FurtherPart;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale, SensorConstant};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{FurtherRecord, FurtherSensor, Reading, Run};
-use crate::metric::standard_deviation;
+use crate::measurement::{FurtherSensor, Reading, Run};
 
 /// Standard deviations from what is stated within which factor and place of a sensor are sought: beyond, the campaign states another one.
 const REACH: f64 = 6.0;
@@ -14,12 +14,6 @@ const REACH_OF_ZERO: f64 = 500.0;
 
 /// Default standard deviation of a sensor's zero, as a share of the standard deviation of what it reads; that of the first sensor too.
 const OFFSET_STD: f64 = 0.02;
-
-/// Standard deviation of what was read.
-fn spread(record: &FurtherRecord) -> f64 {
-    let read = record.values.iter().copied().filter(|y| y.is_finite());
-    standard_deviation(&read.collect::<Vec<_>>())
-}
 
 /// A constant of a sensor, which the FMU does not have.
 fn constant(
