@@ -669,9 +669,13 @@ impl Model {
         let contact = if self.has_memory {
             // The bristle's own force is what is sought: take the constraint force within capacity.
             let capacity = self.capacity(&k.motion, x);
-            let force = self
-                .constraint_force_from(t, free, &k.give)
-                .clamp(-capacity, capacity);
+            let force = self.constraint_force_from(t, free, &k.give);
+            // What is no number is passed on and ends the motion; `clamp` would panic.
+            let force = if capacity.is_nan() {
+                capacity
+            } else {
+                force.max(-capacity).min(capacity)
+            };
             let sliding =
                 k.motion.relative_velocity.abs() > 0.01 * (k.motion.belt_velocity.abs() + 1e-6);
             let force = if sliding {
