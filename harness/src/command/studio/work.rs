@@ -188,15 +188,7 @@ pub fn settled(bench: &Bench, draft: &Draft, base: u64) -> Result<Predicted, Err
 pub fn as_fitted(predicted: &Predicted) -> FittedHypothesis {
     FittedHypothesis {
         hypothesis: predicted.hypothesis.clone(),
-        fit: Fit {
-            point: predicted.point.clone(),
-            trimmed: f64::NAN,
-            misfit: f64::NAN,
-            log_evidence: f64::NEG_INFINITY,
-            mean_square: predicted.mean_square.clone(),
-            by_sensor: Vec::new(),
-            covariance: None,
-        },
+        fit: Fit::unfitted(predicted.point.clone(), predicted.mean_square.clone()),
     }
 }
 

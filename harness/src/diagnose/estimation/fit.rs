@@ -19,6 +19,9 @@ pub struct Fit {
     /// segments and samples, with the likelihood of [`likelihood`]: no segment is left out of it. Negative infinity before a fit
     /// was linearised.
     pub log_evidence: f64,
+    /// Fall of the objective that its derivatives promised where they were taken last, nats (half the square of the Newton decrement;
+    /// Boyd and Vandenberghe, Convex Optimization, 2004, sect. 9.5.1); infinite where nothing was differentiated.
+    pub expected_fall: f64,
     /// Mean square residual of each segment in m^2, of further sensors in units of their noise over the first one's.
     pub mean_square: Vec<f64>,
     /// The same of each sensor of a segment, the first one first, NaN of one that read nothing there; empty where all segments have one
@@ -29,6 +32,20 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// A point that no fit led to, with these mean square residuals of the segments in m^2.
+    pub fn unfitted(point: Point, mean_square: Vec<f64>) -> Self {
+        Self {
+            point,
+            trimmed: f64::NAN,
+            misfit: f64::NAN,
+            log_evidence: f64::NEG_INFINITY,
+            expected_fall: f64::INFINITY,
+            mean_square,
+            by_sensor: Vec::new(),
+            covariance: None,
+        }
+    }
+
     /// Mean square residual of segment `k` by the first sensor alone, in m^2.
     pub fn of_first_sensor(&self, k: usize) -> f64 {
         let of_segment = self.by_sensor.get(k).and_then(|sensors| sensors.first());
@@ -94,6 +111,7 @@ mod tests {
                 trimmed: 1.0,
                 misfit: 2.0,
                 log_evidence: -3.0,
+                expected_fall: 0.25,
                 mean_square: vec![4.0],
                 by_sensor,
                 covariance: Some(DMatrix::identity(1, 1)),
@@ -119,6 +137,7 @@ mod tests {
             trimmed: 1.0,
             misfit: 2.0,
             log_evidence: -3.0,
+            expected_fall: 0.25,
             mean_square: vec![4.0, 5.0, 6.0],
             by_sensor: vec![vec![4.5], vec![5.5], vec![6.5]],
             covariance: None,

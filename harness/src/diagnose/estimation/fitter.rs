@@ -390,19 +390,15 @@ impl<'a, 'b> Fitter<'a, 'b> {
         Likelihood::new(self.count(k), noise, 2 * self.hypothesis.modes)
     }
 
-    /// The fit that a place is; `occam` is what the evidence pays for all that is free.
-    pub(crate) fn fit_at(&self, here: Place, covariance: Option<DMatrix<f64>>, occam: f64) -> Fit {
+    /// The fit that a place is, without what derivatives tell.
+    pub(crate) fn fit_at(&self, here: Place) -> Fit {
         let mean_square = self.mean_squares(&here.sums);
         let by_sensor = self.by_sensor(&here.residual);
-        let misfit = self.misfit(&here);
         Fit {
             trimmed: here.merit,
-            misfit,
-            log_evidence: occam - misfit,
-            point: here.point,
-            mean_square,
+            misfit: self.misfit(&here),
             by_sensor,
-            covariance,
+            ..Fit::unfitted(here.point, mean_square)
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::diagnose::estimation::fitter::{Fitter, Place, directions};
 use crate::diagnose::estimation::normal_equations::priors;
 use crate::diagnose::estimation::scaled_matrix::{
-    clamped_inverse, log_determinant, scaled_inverse,
+    clamped_inverse, log_determinant, scaled_inverse, scaled_solve,
 };
 use crate::diagnose::estimation::sensitivities::Linear;
 use crate::diagnose::thresholds::STATE_SPREAD;
@@ -60,6 +60,12 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             gradient,
             own_first,
         }
+    }
+
+    /// Fall of the objective to the least of its quadratic model, nats: `1/2 g' H^-1 g`; infinite where H is not positive definite.
+    pub fn expected_fall(&self) -> f64 {
+        let step = scaled_solve(&self.matrix, &self.gradient);
+        step.map_or(f64::INFINITY, |step| 0.5 * self.gradient.dot(&step))
     }
 
     /// Matrix and gradient.

@@ -41,7 +41,7 @@ impl Fitter<'_, '_> {
         for _ in 0..RESTARTS_OF_STATES {
             self.reinitialise(&mut here);
         }
-        self.fit_at(here, None, f64::NEG_INFINITY)
+        self.fit_at(here)
     }
 
     /// Fits the start states alone from where they are, each over the whole of its segment by at most `iterations` steps: enough
@@ -52,7 +52,7 @@ impl Fitter<'_, '_> {
             self.fit_start_over(k, &mut point, iterations);
         }
         let here = self.evaluate(point);
-        self.fit_at(here, None, f64::NEG_INFINITY)
+        self.fit_at(here)
     }
 
     /// Fits the start state of one segment alone over growing shares of it, from the start it has in `point`.

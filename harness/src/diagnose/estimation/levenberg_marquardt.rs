@@ -25,14 +25,37 @@ const FIRST_DAMPING: f64 = 1e-3;
 /// its constants trade: a frequency against a load that lowers it.
 const FIRST_DAMPING_NEAR: f64 = 1e-8;
 
-/// Objective over that of noise alone up to which a fit begins at the noise; ...
+/// The least damping of a step, ...
+const LEAST_DAMPING: f64 = 1e-9;
+
+/// ... and at the noise: what is believed adds 1e-9 to the diagonal, relative to what the data show, for constants that only act
+/// together.
+const LEAST_DAMPING_NEAR: f64 = 1e-12;
+
+/// Objective over that of noise alone up to which a fit is at the noise; ...
 const NEAR: f64 = 1.3;
 
-/// ... there, falls down to this share of the tolerance count.
+/// ... where it begins there, falls down to this share of the tolerance count.
 const TOLERANCE_NEAR: f64 = 0.1;
+
+/// Part of a step after which its bend is taken, ...
+const PART: f64 = 0.1;
+
+/// ... and the longest acceleration beside it: both as in Transtrum and Sethna (2012, sect. 4).
+const MOST_BEND: f64 = 0.75;
 
 /// Iterations before which segments in a wrong basin get other starts.
 const RESTARTS: [usize; 3] = [1, 3, 5];
+
+/// How a step is looked for.
+struct Descent {
+    /// The least damping.
+    least: f64,
+    /// Dampings that are tried.
+    tries: usize,
+    /// Whether along the bend of the way.
+    bends: bool,
+}
 
 impl Fitter<'_, '_> {
     /// Minimises the objective from `start`.
@@ -41,16 +64,15 @@ impl Fitter<'_, '_> {
         let mut here = self.evaluate(start);
         let graduation = self.graduation(&here);
         let noise_alone: f64 = (0..here.sums.len()).map(|k| 0.5 * self.count(k)).sum();
-        let (first_damping, tolerance) = if here.merit
-            < NEAR * self.kept_count(here.sums.len()) as f64 / here.sums.len().max(1) as f64
-                * noise_alone
-        {
+        let kept = self.kept_count(here.sums.len()) as f64 / here.sums.len().max(1) as f64;
+        let is_near = |merit: f64| merit < NEAR * kept * noise_alone;
+        let (first_damping, tolerance) = if is_near(here.merit) {
             (FIRST_DAMPING_NEAR, TOLERANCE_NEAR * self.options.tolerance)
         } else {
             (FIRST_DAMPING, self.options.tolerance)
         };
-        let least = self.options.least_fall;
-        let enough = |before: f64| (tolerance * before.abs()).max(least);
+        let least_fall = self.options.least_fall;
+        let enough = |before: f64| (tolerance * before.abs()).max(least_fall);
         let mut damping = first_damping;
         // Where all was differentiated last, by derivatives and not by updates.
         let mut differentiated = None;
@@ -69,12 +91,25 @@ impl Fitter<'_, '_> {
                 let system = Normal::assemble(self, &here, &linear);
                 let is_worn = quasi > 0 && self.options.parameters;
                 let tries = if is_worn { QUASI_TRIES } else { TRIES };
+                let at_noise = self.allowance == 1.0 && is_near(here.merit);
                 let known = damping;
-                let Some(next) = self.descend(&here, &system, &mut damping, tries) else {
-                    if is_worn {
-                        // It was the Jacobian that failed, not the length of the step.
-                        damping = known;
-                    }
+                let least = if at_noise {
+                    LEAST_DAMPING_NEAR
+                } else {
+                    LEAST_DAMPING
+                };
+                let how = Descent {
+                    least,
+                    tries,
+                    bends: at_noise && !is_worn && self.options.parameters,
+                };
+                let found = self.descend(&here, (&system, &linear), &mut damping, how);
+                if is_worn && (found.is_none() || at_noise) {
+                    // It was the Jacobian that failed, not the length of the step; near the noise, what an updated Jacobian needs says
+                    // nothing of the next one.
+                    damping = known;
+                }
+                let Some(next) = found else {
                     break;
                 };
                 let fall = here.merit - next.merit;
@@ -106,9 +141,19 @@ impl Fitter<'_, '_> {
         let information = differentiated
             .as_ref()
             .map(|(there, linear)| Information::at(self, there, linear));
-        let covariance = information.as_ref().and_then(Information::covariance);
-        let occam = information.as_ref().and_then(Information::occam);
-        self.fit_at(here, covariance, occam.unwrap_or(f64::NEG_INFINITY))
+        let Some(information) = information else {
+            return self.fit_at(here);
+        };
+        let covariance = information.covariance();
+        let occam = information.occam().unwrap_or(f64::NEG_INFINITY);
+        let expected_fall = information.expected_fall();
+        let fit = self.fit_at(here);
+        Fit {
+            covariance,
+            log_evidence: occam - fit.misfit,
+            expected_fall,
+            ..fit
+        }
     }
 
     /// All segments linearised at a point.
@@ -141,23 +186,56 @@ impl Fitter<'_, '_> {
         Information::at(self, &here, &linear).into_system()
     }
 
-    /// One step of Levenberg-Marquardt; `None` if no damping gives a fall.
+    /// One step of Levenberg-Marquardt, along the bend of the way where it is asked for; `None` if no damping gives a fall.
     fn descend(
         &mut self,
         here: &Place,
-        system: &Normal,
+        (system, linear): (&Normal, &[Option<Linear>]),
         damping: &mut f64,
-        tries: usize,
+        how: Descent,
     ) -> Option<Place> {
-        for _ in 0..tries {
-            let trial = system.step(self, &here.point, *damping);
+        for _ in 0..how.tries {
+            let mut trial = system.step(self, &here.point, *damping);
+            if how.bends
+                && let Some(straight) = &trial
+            {
+                let bent = self.accelerated(here, (system, linear), straight, *damping);
+                trial = bent.or(trial);
+            }
             if let Some(next) = trial.and_then(|trial| self.better(trial, here)) {
-                *damping = (*damping * 0.2).max(1e-9);
+                *damping = (*damping * 0.2).max(how.least);
                 return Some(next);
             }
             *damping *= 8.0;
         }
         None
+    }
+
+    /// A step with what the bend of the way adds to second order (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885, 2012,
+    /// eq. 7): constants that only show together trade along valleys that are narrow and bent. `None` where that is longer than the
+    /// step allows, or not determined.
+    fn accelerated(
+        &mut self,
+        here: &Place,
+        (system, linear): (&Normal, &[Option<Linear>]),
+        straight: &Point,
+        damping: f64,
+    ) -> Option<Point> {
+        let from = &here.point;
+        let part = from.towards(straight, PART);
+        let half_bend = |f: &mut Self, k: usize| {
+            let (before, l) = (here.residual[k].as_ref()?, linear[k].as_ref()?);
+            let after = f.residual(k, &part)?;
+            let first_order = system.first_order(f, k, l, (from, straight))?;
+            let change = DVector::from_fn(before.len(), |i, _| after[i] - before[i]);
+            Some((change + first_order * PART) / (PART * PART))
+        };
+        let bends: Vec<_> = (0..linear.len()).map(|k| half_bend(self, k)).collect();
+        let bent = system.pulled_by(self, here, linear, &bends);
+        let bent = bent.step(self, straight, damping)?;
+        let is_short =
+            system.length(straight, &bent) < 0.5 * MOST_BEND * system.length(from, straight);
+        is_short.then_some(bent)
     }
 
     /// Evaluates a fit; where a segment fared much worse than before, its old start state gets a chance. `None` if the trial is

@@ -120,7 +120,7 @@ fn parameter(kind: Kind, name: &str) -> Parameter {
 }
 
 /// The toy with so many shared parameters.
-fn hypothesis(shared: usize) -> Hypothesis {
+pub(crate) fn hypothesis(shared: usize) -> Hypothesis {
     Hypothesis {
         choices: Vec::new(),
         shared: (0..shared)
@@ -138,11 +138,17 @@ fn hypothesis(shared: usize) -> Hypothesis {
 
 /// Segments measured with white noise; the first two shared parameters act.
 fn segments() -> Vec<Segment> {
+    segments_of(|offset, t| 0.5 * BELIEF * offset + 2e-6 * shape(0, t) - 1e-6 * shape(1, t))
+}
+
+/// Segments of a motion, each with a start state of its own, measured with white noise; the motion is told a standard normal
+/// variable of its run.
+pub(crate) fn segments_of(motion: impl Fn(f64, f64) -> f64) -> Vec<Segment> {
     let mut random = fastrand::Rng::with_seed(7);
     let mut normal = || (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
     let mut all = Vec::new();
     for run in 0..RUNS {
-        let offset = BELIEF * normal();
+        let offset = normal();
         for k in 0..SEGMENTS {
             let state = [2.0 * NOISE * normal(), 200.0 * NOISE * normal()];
             let first = k * SAMPLES;
@@ -150,8 +156,7 @@ fn segments() -> Vec<Segment> {
                 .map(|i| INTERVAL * i as f64)
                 .collect();
             let measured = time.iter().map(|&t| {
-                let motion = state[0] + state[1] * (t - time[0]) + 0.5 * offset;
-                motion + 2e-6 * shape(0, t) - 1e-6 * shape(1, t) + NOISE * normal()
+                state[0] + state[1] * (t - time[0]) + motion(offset, t) + NOISE * normal()
             });
             all.push(Segment {
                 run,

@@ -1,5 +1,7 @@
 //! The fit of one hypothesis from one start: likelihood, sensitivities, normal equations.
 
+#[cfg(test)]
+mod bent_toy;
 pub mod fit;
 pub mod fit_options;
 pub mod fitter;

@@ -19,6 +19,7 @@ pub(crate) struct Normal {
     moves: bool,
 }
 
+#[derive(Clone)]
 struct Block {
     xx: DMatrix<f64>,
     xk: DMatrix<f64>,
@@ -82,6 +83,81 @@ impl Normal {
             own_first,
             moves: f.options.parameters,
         }
+    }
+
+    /// The same matrices with what other residuals, in place of those left, pull at; what is believed pulls at nothing.
+    pub fn pulled_by(
+        &self,
+        f: &Fitter,
+        here: &Place,
+        linear: &[Option<Linear>],
+        residual: &[Option<DVector<f64>>],
+    ) -> Self {
+        let all = self.blocks.iter().zip(linear).zip(residual).enumerate();
+        let pulled = all.map(|(k, ((block, l), r))| {
+            let (mut block, l) = (block.clone()?, l.as_ref()?);
+            let weight = f.weight(k, here.sums[k]);
+            let rows = l.states.nrows();
+            let none = || DVector::zeros(rows);
+            let r = r.clone().unwrap_or_else(none);
+            block.gx = weight * l.states.tr_mul(&r);
+            block.gk = weight * l.parameters.tr_mul(&r);
+            Some(block)
+        });
+        Self {
+            matrix: self.matrix.clone(),
+            gradient: DVector::zeros(self.gradient.len()),
+            blocks: pulled.collect(),
+            own_first: self.own_first.clone(),
+            ..*self
+        }
+    }
+
+    /// Change of a segment's prediction to first order from one point to another.
+    pub fn first_order(
+        &self,
+        f: &Fitter,
+        k: usize,
+        l: &Linear,
+        (from, to): (&Point, &Point),
+    ) -> Option<DVector<f64>> {
+        let block = self.blocks[k].as_ref()?;
+        let run = f.data.segments[k].run;
+        let state = block.list.iter();
+        let state = state.map(|&i| to.states[k][i] - from.states[k][i]);
+        let state = DVector::from_iterator(block.list.len(), state);
+        let shared = to.shared.iter().zip(&from.shared);
+        let per_run = to.per_run[run].iter().zip(&from.per_run[run]);
+        let parameters = shared.chain(per_run).map(|(to, from)| to - from);
+        let parameters = DVector::from_iterator(l.parameters.ncols(), parameters);
+        Some(&l.states * state + &l.parameters * parameters)
+    }
+
+    /// Length of the way from one point to another, all that is free in units of its standard deviation, all else known; segments that
+    /// do not count are left out.
+    pub fn length(&self, from: &Point, to: &Point) -> f64 {
+        let mut diagonal = self.matrix.diagonal();
+        let mut of_states = 0.0;
+        for (k, block) in self.blocks.iter().enumerate() {
+            let Some(b) = block.as_ref().filter(|b| b.kept) else {
+                continue;
+            };
+            let squares = b.list.iter().enumerate();
+            let square = |(c, &i): (usize, &usize)| {
+                b.xx[(c, c)] * (to.states[k][i] - from.states[k][i]).powi(2)
+            };
+            of_states += squares.map(square).sum::<f64>();
+            for (i, &c) in b.columns.iter().enumerate() {
+                diagonal[c] += b.kk[(i, i)];
+            }
+        }
+        let per_run = to.per_run.iter().zip(&from.per_run);
+        let per_run = per_run.flat_map(|(to, from)| to.iter().zip(from));
+        let all = to.shared.iter().zip(&from.shared).chain(per_run);
+        let squares = all
+            .zip(&diagonal)
+            .map(|((to, from), h)| h * (to - from).powi(2));
+        (of_states + squares.sum::<f64>()).sqrt()
     }
 
     /// The reduced system of the parameters at a damping: `H + damping diag(H)`.

@@ -81,6 +81,24 @@ impl Point {
         }
     }
 
+    /// The point at a share of the way to another.
+    pub fn towards(&self, other: &Point, share: f64) -> Point {
+        let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
+            let both = from.iter().zip(to);
+            both.map(|(from, to)| from + share * (to - from)).collect()
+        };
+        let all = |from: &[Vec<f64>], to: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let both = from.iter().zip(to);
+            both.map(|(from, to)| between(from, to)).collect()
+        };
+        Point {
+            shared: between(&self.shared, &other.shared),
+            per_run: all(&self.per_run, &other.per_run),
+            states: all(&self.states, &other.states),
+            stuck: self.stuck.clone(),
+        }
+    }
+
     /// The start of segment `k`.
     pub fn start(&self, k: usize) -> SegmentStart {
         SegmentStart {

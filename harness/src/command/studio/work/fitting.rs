@@ -48,20 +48,15 @@ impl Listener for Teller<'_> {
 
 /// Error (1) of the runs fitted.
 fn error_of(problem: &Problem, indices: &[usize], mean_square: &[f64]) -> f64 {
-    let fit = crate::diagnose::estimation::fit::Fit {
-        point: Point {
+    let fit = crate::diagnose::estimation::fit::Fit::unfitted(
+        Point {
             shared: Vec::new(),
             per_run: Vec::new(),
             states: Vec::new(),
             stuck: Vec::new(),
         },
-        trimmed: f64::NAN,
-        misfit: f64::NAN,
-        log_evidence: f64::NEG_INFINITY,
-        mean_square: mean_square.to_vec(),
-        by_sensor: Vec::new(),
-        covariance: None,
-    };
+        mean_square.to_vec(),
+    );
     of_fit(problem, indices, &fit).nrmse
 }
 

@@ -188,17 +188,12 @@ fn carried(
         }
     }
     let centre = Point::centre(&hypothesis, &[]);
-    let fit = Fit {
-        point: Point {
+    let fit = Fit::unfitted(
+        Point {
             shared: found.shared.clone(),
             ..centre
         },
-        trimmed: f64::NAN,
-        misfit: f64::NAN,
-        log_evidence: f64::NEG_INFINITY,
-        mean_square: Vec::new(),
-        by_sensor: Vec::new(),
-        covariance: None,
-    };
+        Vec::new(),
+    );
     Ok(FittedHypothesis { hypothesis, fit })
 }
