@@ -1,5 +1,6 @@
 //! Where fits start: spectra, grids, score tests, several starts.
 
+pub mod expected_gain;
 pub mod first_fits;
 pub mod force_spectrum;
 pub mod free_characteristic;

@@ -1,15 +1,8 @@
 //! Score test: what evidence an effect could gain beside a model at its optimum, without fitting it.
 //!
-//! At the optimum of the smaller model the effect is put barely on. With g and H the score of its strength and the
-//! information on it, all nuisances and start states projected out (Schur complement), and s the standard deviation of
-//! the belief in the strength, the evidence gained is to first order
-//!
-//! ```text
-//! 1/2 g^2 / (H + 1/s^2) - 1/2 ln(1 + s^2 H)
-//! ```
-//!
-//! Holds where the smaller model is down to the noise, so that the effect can only be weak. Sources: Rao, Proc. Camb. Phil.
-//! Soc. 44 (1948) 50; the price is that of Laplace's approximation.
+//! At the optimum of the smaller model the effect is put barely on; [`super::expected_gain`] tells the gain from the score of its
+//! strength and the information on it. Holds where the smaller model is down to the noise, so that the effect can only be weak.
+//! Source: Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
@@ -17,11 +10,15 @@ use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::estimation::sensitivities::{Known, Linear};
+use crate::diagnose::initialisation::expected_gain::{
+    Gain, gain, gain_of_curve, gain_of_line, gain_of_profile,
+};
 use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
+use crate::diagnose::model::belt_profile::{NODE_STD, is_profile};
 use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
-use crate::diagnose::model::parameter::Kind;
+use crate::diagnose::model::parameter::{Kind, Parameter};
 use crate::diagnose::model::periodic::Line;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
@@ -39,6 +36,9 @@ const SEEN_LINES: usize = 5;
 /// Shapes that are tried, as factors on the typical one.
 const SHAPES: [f64; 3] = [1.0, 0.2, 5.0];
 
+/// Change of a prediction, as a share of the noise, that a million samples do not show.
+const UNSEEN: f64 = 1e-3;
+
 /// What a score test promises of an effect.
 pub(crate) struct Promise {
     /// Expected gain in evidence, nats.
@@ -47,8 +47,26 @@ pub(crate) struct Promise {
     pub fall: f64,
     /// The smaller model's optimum with the effect barely on, in the shape that promises most.
     pub start: Point,
-    /// What the data would tell of its strength; `None` for what repeats.
+    /// What the data would tell of its strength; `None` for what repeats, has many values or leaves no trace.
     pub strength: Option<Strength>,
+    /// Spread that promises most, of values along the belt; `None` for what has none.
+    node_std: Option<f64>,
+}
+
+impl Promise {
+    /// Whether the data would tell anything of the effect.
+    pub fn leaves_trace(&self) -> bool {
+        self.gain != 0.0 || self.strength.is_some()
+    }
+
+    /// The hypothesis tested, believed as it promises most.
+    pub fn choices(&self, tested: &[Choice]) -> Vec<Choice> {
+        let mut choices = tested.to_vec();
+        if let (Some(last), Some(spread)) = (choices.last_mut(), self.node_std) {
+            last.node_std = spread;
+        }
+        choices
+    }
 }
 
 /// What the data tell of a strength that is none or weak.
@@ -159,8 +177,10 @@ pub(crate) fn look(problem: &Problem, choices: &[Choice], at: &At) -> Result<Opt
     };
     for shape in SHAPES.into_iter().take(tried) {
         let found = test.of_shape(shape, at);
-        let gain = |promise: &Option<Promise>| promise.as_ref().map(|p| p.gain);
-        if gain(&found) > gain(&lead.promise) {
+        // What leaves no trace in one shape may leave one in another.
+        let worth =
+            |promise: &Option<Promise>| promise.as_ref().map(|p| (p.leaves_trace(), p.gain));
+        if worth(&found) > worth(&lead.promise) {
             (lead.promise, lead.shape) = (found, shape);
         }
     }
@@ -197,7 +217,7 @@ struct ScoreTest<'a> {
 }
 
 impl<'a> ScoreTest<'a> {
-    /// `None` where nothing switches the effect off by degrees.
+    /// `None` where nothing switches the effect off by degrees, nor has it values along the belt that may all be zero.
     fn new(problem: &'a Problem<'a>, h: &'a Hypothesis) -> Result<Option<Self>, Error> {
         let card = &problem.catalogue[h.new_effect()];
         let test = Self {
@@ -206,8 +226,14 @@ impl<'a> ScoreTest<'a> {
             card,
             predictor: problem.predictor(h)?,
         };
-        let is_off = is_unknown_function(&card.id) || test.strength().is_some();
+        let is_curve = is_unknown_function(&card.id) || test.is_profile();
+        let is_off = is_curve || test.strength().is_some();
         Ok((card.repeats() || is_off).then_some(test))
+    }
+
+    /// Whether it is of values along the belt, all of which may be zero. Where break-aways tell them they are not.
+    fn is_profile(&self) -> bool {
+        is_open_profile(self.problem, self.card)
     }
 
     /// Place of parameter `i` of the effect among the shared ones.
@@ -280,20 +306,48 @@ impl<'a> ScoreTest<'a> {
             fall,
             start: start.unwrap_or(point),
             strength: None,
+            node_std: None,
         }
     }
 
-    /// What has a strength, or a curve, in a shape.
+    /// What has a strength, a curve or values along the belt, in a shape.
     fn of_shape(&mut self, factor: f64, at: &At) -> Option<Promise> {
         let mut point = self.without(at);
         for i in self.shapes() {
             let parameter = &self.h.shared[i];
             point.shared[i] = parameter.clamp(parameter.position(factor * parameter.prior));
         }
-        match is_unknown_function(&self.card.id) {
-            true => self.of_values(point, at),
+        if is_unknown_function(&self.card.id) {
+            return self.of_values(point, at);
+        }
+        match self.is_profile() {
+            true => self.of_profile(point, at),
             false => self.of_strength(point, at),
         }
+    }
+
+    /// All values along the belt together, in the spread that gains most.
+    fn of_profile(&mut self, point: Point, at: &At) -> Option<Promise> {
+        let h = self.h;
+        let all = h.shared.iter().chain(h.per_run.iter().flatten());
+        let own = format!("{}.", self.card.id);
+        let is_node =
+            |(_, p): &(usize, &Parameter)| p.kind == Kind::Node && p.name.starts_with(&own);
+        let nodes: Vec<usize> = all.enumerate().filter(is_node).map(|(i, _)| i).collect();
+        let believed = h.choices.last()?.node_std;
+        let (mut matrix, gradient) = self.reduced(&point, at);
+        // The values are zero here, so that their belief has no part in the gradient.
+        for &i in &nodes {
+            matrix[(i, i)] -= believed.powi(-2);
+        }
+        let found = gain_of_profile(&matrix, &gradient, &nodes, NODE_STD)?;
+        Some(Promise {
+            gain: found.gain,
+            fall: found.gain + found.occam,
+            start: point,
+            strength: None,
+            node_std: Some(found.std),
+        })
     }
 
     /// All values of a curve together.
@@ -301,12 +355,13 @@ impl<'a> ScoreTest<'a> {
         let curve = self.of_curve(Kind::Latent);
         point.shared[*curve.first()?] = BARELY_ON;
         let (matrix, gradient) = self.reduced(&point, at);
-        let (gain, fall) = gain_of_curve(matrix, gradient, &curve)?;
+        let (gain, fall) = gain_of_curve(&matrix, &gradient, &curve)?;
         Some(Promise {
             gain,
             fall,
             start: point,
             strength: None,
+            node_std: None,
         })
     }
 
@@ -322,14 +377,39 @@ impl<'a> ScoreTest<'a> {
         gradient[c] += precision * (u - parameter.position(parameter.prior));
         let std = (p.max - p.min) / 12.0_f64.sqrt() / parameter.slope(u);
         let found = gain(&matrix, &gradient, c, std, p.min >= 0.0)?;
+        if found.std.is_infinite() {
+            let mut on = point.clone();
+            on.shared[c] = parameter.clamp(parameter.position(p.typical));
+            if self.acts(&on, at) {
+                // Not by degrees: beyond a gap, or a threshold.
+                return None;
+            }
+        }
+        let strength = |found: Gain| Strength {
+            std: found.std * parameter.slope(u).abs(),
+            occam: found.occam,
+        };
         Some(Promise {
             gain: found.gain,
             fall: found.gain + found.occam,
             start: point,
-            strength: Some(Strength {
-                std: found.std * parameter.slope(u).abs(),
-                occam: found.occam,
-            }),
+            strength: found.std.is_finite().then(|| strength(found)),
+            node_std: None,
+        })
+    }
+
+    /// Whether the effect changes any prediction from what the hypothesis without it gives.
+    fn acts(&mut self, on: &Point, at: &At) -> bool {
+        let data = self.problem.data(at.segments);
+        let mut fitter = Fitter::new(&mut self.predictor, self.h, &data, one_step());
+        let mut segments = at.linear.iter().enumerate();
+        segments.any(|(k, known)| {
+            let (Some(known), Some(now)) = (known, fitter.residual(k, on)) else {
+                return true;
+            };
+            let least = UNSEEN * data.noise[data.segments[k].run];
+            let mut pairs = now.iter().zip(&known.residual);
+            pairs.any(|(now, known)| (now - known).abs() > least)
         })
     }
 
@@ -350,155 +430,14 @@ fn one_step() -> FitOptions {
     }
 }
 
-/// Expected gain in evidence and fall of the objective by constants `curve` with standard normal beliefs, which `matrix` and
-/// `gradient` hold already: `1/2 g' (H + 1)^-1 g - 1/2 ln det(H + 1)`, all others projected out.
-fn gain_of_curve(
-    matrix: DMatrix<f64>,
-    gradient: DVector<f64>,
-    curve: &[usize],
-) -> Option<(f64, f64)> {
-    let others: Vec<usize> = (0..matrix.nrows()).filter(|i| !curve.contains(i)).collect();
-    let inner = matrix.select_rows(&others).select_columns(&others);
-    let across = matrix.select_rows(&others).select_columns(curve);
-    let own = matrix.select_rows(curve).select_columns(curve);
-    let factor = inner.cholesky()?;
-    let information = own - across.tr_mul(&factor.solve(&across));
-    let score =
-        gradient.select_rows(curve) - across.tr_mul(&factor.solve(&gradient.select_rows(&others)));
-    let factor = information.cholesky()?;
-    let fall = 0.5 * score.dot(&factor.solve(&score));
-    let occam: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-    Some((fall - occam, fall))
+/// Whether a score test can speak of an effect: something switches it off by degrees, it repeats, or all its values along the belt may
+/// be zero.
+pub(crate) fn is_testable(problem: &Problem, effect: usize) -> bool {
+    let card = &problem.catalogue[effect];
+    let is_switched = card.repeats() || card.switch().is_some();
+    is_switched || is_open_profile(problem, card)
 }
 
-/// Whether a score test can speak of an effect: something switches it off by degrees, or it repeats.
-pub(crate) fn is_testable(card: &EffectCard) -> bool {
-    card.repeats() || card.switch().is_some()
-}
-
-/// Expected gain in evidence of a line that lowers the objective by `fall`, found among so many independent ones, with a phase
-/// in each of so many runs: amplitude and phases are each known to `1/sqrt(2 fall)` of themselves.
-fn gain_of_line(fall: f64, lines: f64, runs: usize) -> f64 {
-    let constants = 1.0 + runs as f64;
-    fall - 0.5 * constants * (2.0 * fall / constants).ln_1p() - lines.max(1.0).ln()
-}
-
-/// Expected gain of a strength, its standard deviation on its own scale and the price of leaving it free.
-#[derive(Debug, Clone, Copy)]
-struct Gain {
-    gain: f64,
-    std: f64,
-    occam: f64,
-}
-
-/// That of parameter `c` with the belief `std`, all others projected out; one that can't be negative gains nothing where the
-/// data pull it there. `None` where the others are not determined, or nothing tells of it.
-fn gain(
-    matrix: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    c: usize,
-    std: f64,
-    is_positive: bool,
-) -> Option<Gain> {
-    let others: Vec<usize> = (0..matrix.nrows()).filter(|&i| i != c).collect();
-    let inner = matrix.select_rows(&others).select_columns(&others);
-    let scale = DVector::from_iterator(
-        others.len(),
-        inner.diagonal().iter().map(|d| d.sqrt().recip()),
-    );
-    let scaled = DMatrix::from_fn(others.len(), others.len(), |i, j| {
-        inner[(i, j)] * scale[i] * scale[j]
-    });
-    let factor = scaled.cholesky()?;
-    let pick = |v: DVector<f64>| v.select_rows(&others).component_mul(&scale);
-    let across = pick(matrix.column(c).into_owned());
-    let solved = factor.solve(&across);
-    let information = matrix[(c, c)] - across.dot(&solved);
-    let score = gradient[c] - solved.dot(&pick(gradient.clone()));
-    let score = if is_positive { score.max(0.0) } else { score };
-    let occam = 0.5 * (std * std * information.max(0.0)).ln_1p();
-    (information > 0.0).then(|| Gain {
-        gain: 0.5 * score * score / (information + std.powi(-2)) - occam,
-        std: information.sqrt().recip(),
-        occam,
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Source: Bayes' theorem for a straight line with known noise, evidence of slope and level against level alone.
-    #[test]
-    fn val_the_gain_is_the_evidence_of_a_linear_model() {
-        let n = 40;
-        let x: Vec<f64> = (0..n).map(|i| f64::from(i) / 10.0).collect();
-        let y: Vec<f64> = x.iter().map(|x| 1.0 + 0.3 * x + (7.0 * x).sin()).collect();
-        let design = DMatrix::from_fn(n as usize, 2, |i, j| if j == 0 { 1.0 } else { x[i] });
-        let std = [2.0, 0.7];
-        let believed =
-            DMatrix::from_diagonal(&DVector::from_vec(vec![std[0] * std[0], std[1] * std[1]]));
-        let data = DVector::from_vec(y);
-        let evidence = |columns: usize| {
-            let part = design.columns(0, columns).into_owned();
-            let prior = believed.view((0, 0), (columns, columns)).into_owned();
-            let covariance =
-                DMatrix::identity(n as usize, n as usize) + &part * prior * part.transpose();
-            let factor = covariance.cholesky().unwrap();
-            let half_log: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-            -0.5 * data.dot(&factor.solve(&data)) - half_log
-        };
-        // At the optimum of the level alone.
-        let level = design.column(0).dot(&data) / (f64::from(n) + std[0].powi(-2));
-        let rest = &data - design.column(0) * level;
-        let prior = DMatrix::from_diagonal(&DVector::from_vec(vec![std[0].powi(-2), 1e-12]));
-        let matrix = design.tr_mul(&design) + prior;
-        let mut gradient = design.tr_mul(&rest);
-        gradient[0] -= level * std[0].powi(-2);
-        let expected = evidence(2) - evidence(1);
-        let found = gain(&matrix, &gradient, 1, std[1], false).unwrap().gain;
-        assert!(
-            (found - expected).abs() < 1e-9 * expected.abs(),
-            "{found} {expected}"
-        );
-    }
-
-    /// Source: Bayes' theorem for a straight line with known noise, evidence of two waves with standard normal weights beside a
-    /// level against the level alone.
-    #[test]
-    fn val_the_gain_of_a_curve_is_the_evidence_of_a_linear_model() {
-        let n = 40;
-        let x: Vec<f64> = (0..n).map(|i| f64::from(i) / 10.0).collect();
-        let data = DVector::from_fn(n as usize, |i, _| 1.0 + 0.8 * x[i].sin() - 0.3 * x[i].cos());
-        let design = DMatrix::from_fn(n as usize, 3, |i, j| match j {
-            0 => 1.0,
-            1 => x[i].sin(),
-            _ => x[i].cos(),
-        });
-        let level_std = 2.0_f64;
-        let evidence = |columns: usize| {
-            let part = design.columns(0, columns).into_owned();
-            let mut prior = DMatrix::identity(columns, columns);
-            prior[(0, 0)] = level_std.powi(2);
-            let covariance =
-                DMatrix::identity(n as usize, n as usize) + &part * prior * part.transpose();
-            let factor = covariance.cholesky().unwrap();
-            let half_log: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
-            -0.5 * data.dot(&factor.solve(&data)) - half_log
-        };
-        // At the optimum of the level alone.
-        let level = design.column(0).dot(&data) / (f64::from(n) + level_std.powi(-2));
-        let rest = &data - design.column(0) * level;
-        let beliefs = DVector::from_vec(vec![level_std.powi(-2), 1.0, 1.0]);
-        let matrix = design.tr_mul(&design) + DMatrix::from_diagonal(&beliefs);
-        let mut gradient = design.tr_mul(&rest);
-        gradient[0] -= level * level_std.powi(-2);
-        let (found, fall) = gain_of_curve(matrix, gradient, &[1, 2]).unwrap();
-        let expected = evidence(3) - evidence(1);
-        assert!(
-            (found - expected).abs() < 1e-9 * expected.abs(),
-            "{found} {expected}"
-        );
-        assert!(fall > found);
-    }
+fn is_open_profile(problem: &Problem, card: &EffectCard) -> bool {
+    is_profile(card) && !problem.place_is_told()
 }

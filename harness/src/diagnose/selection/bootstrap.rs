@@ -55,7 +55,7 @@ pub fn largest_gains(
     let untested: Vec<Vec<Choice>> = all_variants(problem)
         .into_iter()
         .filter(|c| base.choices.iter().all(|b| b.effect != c.effect))
-        .filter(|c| !is_testable(&problem.catalogue[c.effect]))
+        .filter(|c| !is_testable(problem, c.effect))
         .map(|c| base.choices.iter().cloned().chain([c]).collect())
         .collect();
     let of_screen = Screen::new(problem).indices;

@@ -191,7 +191,8 @@ fn one_further(
         .collect();
     promising.truncate(FITTED);
     parallel(&promising, |(choices, promise)| {
-        let there = screen.fitted_from(choices, promise.start.clone())?;
+        let choices = promise.choices(choices);
+        let there = screen.fitted_from(&choices, promise.start.clone())?;
         screen.further(&there, POLISH)
     })
 }

@@ -27,7 +27,7 @@ use crate::watch::Watch;
 const BATCH: usize = 2;
 /// A fit gains at most this many times what was expected of it: twice the most that was seen beside models that leave an effect
 /// out (2.2 to 2.5 times, where the gain was large).
-const MOST_OVER_EXPECTED: f64 = 5.0;
+pub(crate) const MOST_OVER_EXPECTED: f64 = 5.0;
 
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {
@@ -123,7 +123,7 @@ pub(crate) fn extend(
             .filter(|(_, p)| MOST_OVER_EXPECTED * p.gain >= best)
             .collect();
         out.fitted.extend(parallel(&open, |(choices, p)| {
-            fitted(screen, choices, p.start.clone())
+            fitted(screen, &p.choices(choices), p.start.clone())
         })?);
     }
     let mut models: Vec<&mut FittedModel> = out.fitted.iter_mut().collect();
@@ -191,7 +191,7 @@ pub(crate) fn largest_gain(
         if p.gain < price - TIE {
             return Ok(0.0);
         }
-        let h = problem.hypothesis(choices)?;
+        let h = problem.hypothesis(&p.choices(choices))?;
         let fitted = continued(problem, h, segments, p.start, full_refit::last_options())?;
         Ok(fitted.fit.log_evidence - base.fit.log_evidence)
     })?;

@@ -3,6 +3,7 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::STRIDE;
+use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
@@ -23,6 +24,24 @@ fn is_small(fit: &SegmentErrors) -> bool {
     fit.quantile(0.5) <= FLOOR_MEDIAN && fit.quantile(0.75) <= FLOOR_QUARTILE
 }
 
+/// What segments whose error is more than [`FLOOR_QUARTILE`] times the noise cost beyond what noise would, nats.
+fn lost(problem: &Problem, segments: &[Segment], fitted: &FittedHypothesis) -> f64 {
+    let of_segment = |(segment, mean_square): (&Segment, &f64)| {
+        let noise = problem.noise[segment.run];
+        if *mean_square <= (FLOOR_QUARTILE * noise).powi(2) {
+            return 0.0;
+        }
+        let count = segment.counted() as f64 / STRIDE as f64;
+        let likelihood = Likelihood::new(count, noise, 2 * fitted.hypothesis.modes);
+        likelihood.loss(count * mean_square) - likelihood.loss(count * noise * noise)
+    };
+    segments
+        .iter()
+        .zip(&fitted.fit.mean_square)
+        .map(of_segment)
+        .sum()
+}
+
 /// A hypothesis with its fit and errors.
 #[derive(Clone)]
 pub struct FittedModel {
@@ -34,6 +53,8 @@ pub struct FittedModel {
     pub fit: SegmentErrors,
     /// On what was kept out.
     pub holdout: Option<SegmentErrors>,
+    /// What segments that are not met cost beyond what noise would, nats.
+    pub lost: f64,
     /// How far from white what it leaves is ([`crate::diagnose::validation::residual_whiteness`]).
     pub spectral_ratio: f64,
     /// Number of samples that it was fitted to.
@@ -62,6 +83,7 @@ impl FittedModel {
     ) -> Result<Self, Error> {
         Ok(Self {
             fit: segment_errors::of_fit(problem, indices, &fitted.fit),
+            lost: lost(problem, segments, &fitted),
             spectral_ratio: residual_whiteness::spectral_ratio(problem, segments, &fitted)?,
             choices,
             fitted,

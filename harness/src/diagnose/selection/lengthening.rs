@@ -10,9 +10,7 @@
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
-use crate::diagnose::initialisation::search_options::{
-    FIRST_FIT_SHARE, Nuisances, SearchOptions, THOROUGH,
-};
+use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, SearchOptions, THOROUGH};
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
@@ -135,7 +133,7 @@ impl Beginnings<'_> {
         Ok((model, length))
     }
 
-    /// A leader with each other effect of a list, from where it stands on beginnings of a length: what looks best on whole segments,
+    /// A leader with each other effect of a list, from where it stands on beginnings of a length and from the reference model as believed: what looks best on whole segments,
     /// the best of it fitted to its end, best first.
     fn beside(
         &self,
@@ -147,7 +145,6 @@ impl Beginnings<'_> {
         let others = list.iter().filter(|c| c.effect != first.effect);
         let jobs: Vec<Vec<Choice>> = others.map(|c| vec![first.clone(), c.clone()]).collect();
         let how = SearchOptions {
-            nuisances: Nuisances::Calibrated,
             first_fit_share: SHARES[length],
             barely_on: NEARLY_OFF,
             ..THOROUGH

@@ -96,8 +96,15 @@ impl<'a> Race<'a> {
         let mut found = Vec::new();
         let open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
         let most = self.entrants.len().min(FOLLOWED);
+        // Those about to arrive at their first look need no rivals that are not.
+        let arrived = |(_, looks): &&Entrant| looks.followed.is_some();
+        let arrived = self.entrants.iter().take_while(arrived).count();
+        if arrived > 0 {
+            found.append(&mut self.follow(arrived.min(most), watch)?);
+        }
         while self.followed < most && open(&found) && !watch.stop() {
-            found.append(&mut self.follow(BATCH, watch)?);
+            let batch = BATCH.min(most - self.followed);
+            found.append(&mut self.follow(batch, watch)?);
         }
         let left = &self.entrants[self.followed..];
         found.append(&mut parallel(left, |entrant| self.as_seen(entrant))?);

@@ -17,7 +17,7 @@ use crate::diagnose::model::variants::{
     adds_library_effect, all_variants, library, unknown, variants,
 };
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::{Beside, extend};
+use crate::diagnose::selection::extension::{Beside, MOST_OVER_EXPECTED, extend};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::race::Race;
 use crate::diagnose::selection::screening::{Promised, Screen};
@@ -82,8 +82,8 @@ pub(crate) fn explore<'a>(
     let list = all_variants(problem);
     let mut jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
     if base.reaches_floor() {
-        // What could still be missing is weak: the score test below speaks of all that has a strength.
-        jobs.retain(|choices| !is_testable(&problem.catalogue[choices[0].effect]));
+        // What could still be missing is weak: the score test below speaks of the rest.
+        jobs.retain(|choices| !is_testable(problem, choices[0].effect));
     }
     // Beside a model that explains the data an effect can only be weak.
     let search = if base.reaches_floor() {
@@ -259,7 +259,7 @@ impl Exploration<'_> {
             match &expected[i] {
                 Some(p) if p.gain - smaller.score() > -now.score() => {
                     let start = p.start.clone();
-                    let there = self.screen.fitted_from(&now.choices, start)?;
+                    let there = self.screen.fitted_from(&p.choices(&now.choices), start)?;
                     self.screen.to_its_end(&there)
                 }
                 _ => self.screen.to_its_end(now),
@@ -373,14 +373,27 @@ impl Exploration<'_> {
         };
         jobs.retain(is_new);
         let mut found = self.screen.compete(&jobs, leader, HIDDEN, self.watch)?;
-        self.end_adequate(&mut found)?;
+        self.end_adequate(&mut found, leader)?;
         Ok(found)
     }
 
     /// Fits the best of what is adequate to its end: the leader beside which it was found stands there, and what does not would lose by
-    /// that alone.
-    fn end_adequate(&self, found: &mut Vec<FittedModel>) -> Result<(), Error> {
-        let adequate = found.iter().filter(|model| model.reaches_floor());
+    /// that alone. What is too far behind the leader for all that its derivatives promise stays where it is.
+    fn end_adequate(
+        &self,
+        found: &mut Vec<FittedModel>,
+        leader: &FittedModel,
+    ) -> Result<(), Error> {
+        let close = log_posterior(self.problem, leader) - CLOSE;
+        let within_reach = |model: &FittedModel| {
+            let fall = MOST_OVER_EXPECTED * model.fitted.fit.expected_fall + model.lost;
+            let is_weighed = model.score().is_finite() && fall.is_finite();
+            // Of values along the belt the spread is not told yet.
+            !is_weighed || model.is_local() || log_posterior(self.problem, model) + fall > close
+        };
+        let adequate = found
+            .iter()
+            .filter(|model| model.reaches_floor() && within_reach(model));
         let adequate: Vec<&FittedModel> = adequate.take(FINISHED).collect();
         let ended = parallel(&adequate, |model| {
             let model = self.screen.to_its_end(model)?;
@@ -414,7 +427,7 @@ impl Exploration<'_> {
             self.screen.keep_better(&mut self.singles, found);
             return Ok(false);
         }
-        self.end_adequate(&mut found)?;
+        self.end_adequate(&mut found, leader)?;
         self.screen.keep_better(&mut self.pairs, found);
         let best = self.pairs.first().filter(|pair| pair.reaches_floor());
         Ok(best.is_some_and(|pair| {

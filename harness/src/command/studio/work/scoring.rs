@@ -42,7 +42,7 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
     fitted.fit = fitted.fit.of_segments(&indices);
     let own = &fitted.hypothesis.choices;
     let jobs: Vec<Choice> = (0..problem.catalogue.len())
-        .filter(|&e| is_testable(&problem.catalogue[e]) && own.iter().all(|c| c.effect != e))
+        .filter(|&e| is_testable(problem, e) && own.iter().all(|c| c.effect != e))
         .flat_map(|effect| variants(problem, effect).into_iter().take(1))
         .collect();
     let at = At::new(problem, &segments, &fitted)?;
@@ -60,7 +60,7 @@ pub fn score(bench: &Bench, draft: &Draft, base: u64) -> Result<Finding, Error> 
             p.share = Some(done as f64 / jobs.len() as f64);
             p.words = format!("{done} of {}: {id}", jobs.len());
         });
-        let Some(found) = found.filter(|f| f.gain.is_finite()) else {
+        let Some(found) = found.filter(|f| f.gain.is_finite() && f.leaves_trace()) else {
             return Ok(None);
         };
         let start = match card.repeats() && found.gain > 0.0 {
