@@ -8,16 +8,11 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fit::Fit;
-use crate::diagnose::estimation::fit_options::FitOptions;
-use crate::diagnose::estimation::fitter::Fitter;
-use crate::diagnose::estimation::linear_toy::{hypothesis, segments_of};
-use crate::diagnose::model::observations::Observations;
+use crate::diagnose::estimation::linear_toy::{NOISE, fit_from, hypothesis, segments_of};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
-use crate::diagnose::model::work::Work;
 use crate::error::Error;
 
-const NOISE: f64 = 1e-6;
 const WEAK: f64 = 0.01;
 const BEND: f64 = 4e3;
 /// The constants that act, in m.
@@ -95,21 +90,9 @@ fn fit(jacobians: usize) -> Fit {
     let segments = segments_of(|_, t| motion(&TRUE, t));
     let mut h = hypothesis(2);
     h.shared.iter_mut().for_each(|p| p.prior_std = 1e-3);
-    let data = Observations {
-        segments: &segments,
-        noise: &[NOISE; 2],
-        work: &Work::default(),
-    };
-    let options = FitOptions {
-        stride: 1,
-        robust: false,
-        tolerance: 1e-12,
-        least_fall: 0.0,
-        ..FitOptions::search(jacobians)
-    };
     let mut start = Point::centre(&h, &segments);
     start.shared = vec![TRUE[0] + TRUE[1] + BEND * TRUE[1] * TRUE[1], 0.0];
-    Fitter::new(&mut BentToy, &h, &data, options).run(start)
+    fit_from(&mut BentToy, &h, &segments, start, jacobians)
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::diagnose::thresholds::STATE_SPREAD;
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 
-const NOISE: f64 = 1e-6;
+pub(crate) const NOISE: f64 = 1e-6;
 const RUNS: usize = 2;
 const SEGMENTS: usize = 3;
 const SAMPLES: usize = 60;
@@ -180,6 +180,18 @@ pub(crate) fn segments_of(motion: impl Fn(f64, f64) -> f64) -> Vec<Segment> {
 
 /// A fit of the toy, on the objective of the evidence.
 fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
+    let start = Point::centre(h, segments);
+    fit_from(&mut LinearToy { tangents }, h, segments, start, 20)
+}
+
+/// A fit of a toy from `start` with so many Jacobians, on the objective of the evidence.
+pub(crate) fn fit_from(
+    toy: &mut dyn Simulator,
+    h: &Hypothesis,
+    segments: &[Segment],
+    start: Point,
+    jacobians: usize,
+) -> Fit {
     let data = Observations {
         segments,
         noise: &[NOISE; RUNS],
@@ -190,10 +202,9 @@ fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
         robust: false,
         tolerance: 1e-12,
         least_fall: 0.0,
-        ..FitOptions::search(20)
+        ..FitOptions::search(jacobians)
     };
-    let mut toy = LinearToy { tangents };
-    Fitter::new(&mut toy, h, &data, options).run(Point::centre(h, segments))
+    Fitter::new(toy, h, &data, options).run(start)
 }
 
 /// Columns of all that is free (shared, then each run's offset, then each segment's state) over the noise, and the data over it.
