@@ -323,8 +323,8 @@ pub fn report(
     let fmu = widened.as_ref().unwrap_or(fmu);
     repaired_model::write(fmu, &diagnosis, &run_sets(problem, written), output)?;
     proposed_effect::write(&diagnosis.proposed_terms, output)?;
-    if let Some(unknown) = &diagnosis.unknown {
-        write_file(&output.join("unknown.toml"), unknown.file.as_bytes())?;
+    if let Some(curve) = diagnosis.unknown.as_ref().and_then(|u| u.file.as_ref()) {
+        write_file(&output.join("unknown.toml"), curve.as_bytes())?;
     }
     watch.stage(stages::REPORT);
     let command = format!(

@@ -34,6 +34,7 @@ struct RawFile {
     signature: Option<Spanned<String>>,
     confounders: Option<Spanned<String>>,
     family: Option<Spanned<String>>,
+    argument: Option<Spanned<String>>,
     mode: Option<Spanned<usize>>,
     #[serde(default)]
     parameter: Vec<RawParameter>,
@@ -162,6 +163,7 @@ impl UserCard {
             target: target_choice,
             expression: file.text("expression", 2000, raw.expression)?,
             family: file.optional("family", raw.family, "")?,
+            argument: file.optional("argument", raw.argument, "")?,
             mode: file.mode(raw.mode, target_choice)?,
             states: raw
                 .state

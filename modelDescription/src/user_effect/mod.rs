@@ -114,6 +114,8 @@ pub struct UserCard {
     pub confounders: String,
     /// The kind of physics, for people who look for one.
     pub family: String,
+    /// What the formula depends on, as `unknown.argument` of a diagnosis names it.
+    pub argument: String,
     /// What the formula acts on.
     pub target: Target,
     /// The mode on which a factor acts, counted from 1; all without.

@@ -1,8 +1,9 @@
 //! The curve of an unknown function, with its band, over where the data lie; and its hysteresis loop.
 
 use super::Material;
+use crate::diagnose::result::beyond_catalogue::{argument_in_words, place_in_words};
 use crate::diagnose::result::hysteresis::Loop;
-use crate::diagnose::result::unknown::{Unknown, argument_in_words, place_in_words};
+use crate::diagnose::result::unknown::Unknown;
 use crate::metric::half_width;
 use crate::report::{Axis, Colour, Figure, Page, Plot, number};
 
@@ -14,18 +15,22 @@ pub fn section(page: Page, material: &Material) -> Page {
     let Some(unknown) = &material.diagnosis.unknown else {
         return page;
     };
-    let page = page.section("The unknown physics as a curve");
-    let curve = curve(unknown);
-    let page = match &unknown.hysteresis {
-        Some(found) => {
-            let figures: [&dyn Figure; 2] = [&curve, &hysteresis(unknown, found)];
+    let page = page.section("Where the unknown physics acts");
+    let page = match (&unknown.curve[..], &unknown.hysteresis) {
+        ([], _) => page,
+        (_, Some(found)) => {
+            let figures: [&dyn Figure; 2] = [&curve(unknown), &hysteresis(unknown, found)];
             page.figures(&figures)
         }
-        None => page.figure(&curve),
+        (_, None) => page.figure(&curve(unknown)),
     };
-    let page = page.paragraph(
-        "unknown.toml is this curve as an effect: stickslip pack --effect unknown.toml -o own.fmu puts it into an FMU.",
-    );
+    let page = match &unknown.file {
+        Some(_) => page.paragraph(
+            "unknown.toml is this curve as an effect: stickslip pack --effect unknown.toml -o own.fmu puts it into an FMU.",
+        ),
+        None => page,
+    };
+    let page = page.paragraph(&unknown.words);
     let mut others: Vec<String> = unknown
         .alternatives
         .iter()

@@ -17,9 +17,7 @@ pub fn proposal(
 ) -> Option<ProposedTerm> {
     let card = &problem.catalogue[choice.effect];
     let formulas = problem.formula_files.iter().map(String::as_str);
-    let files = FILES.into_iter().chain(formulas);
-    let files = files.filter_map(|f| toml::from_str::<File>(f).ok());
-    let file = files.into_iter().find(|f| f.id == card.id)?;
+    let file = File::among(FILES.into_iter().chain(formulas), &card.id)?;
     let fitted = card.parameters.iter().map(|p| {
         let h = &fitted.hypothesis;
         let i = h.shared_index(&format!("{}.{}", card.id, p.name))?;

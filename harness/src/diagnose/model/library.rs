@@ -54,12 +54,46 @@ pub fn is_library_effect(id: &str) -> bool {
 /// Begin of the identifiers of formulas that stand for the curve of an unknown function.
 pub const FORMULA_PREFIX: &str = "term_formula_";
 
-/// What a proposal takes from a file.
+/// What a diagnosis takes from a file.
 #[derive(Deserialize)]
 pub(crate) struct File {
     pub id: String,
     pub target: String,
     pub expression: String,
+    /// What the formula depends on, as `diagnosis.json` names it; empty for a formula in place of a curve.
+    #[serde(default)]
+    pub argument: String,
+    /// The mode, from 1, where it acts on one alone.
+    pub mode: Option<usize>,
+}
+
+impl File {
+    /// The file of an effect of the library.
+    pub fn of_library(id: &str) -> Option<Self> {
+        Self::among(FILES, id)
+    }
+
+    /// The file of an effect among some.
+    pub fn among<'a>(files: impl IntoIterator<Item = &'a str>, id: &str) -> Option<Self> {
+        let mut read = files
+            .into_iter()
+            .filter_map(|f| toml::from_str::<Self>(f).ok());
+        read.find(|file| file.id == id)
+    }
+
+    /// Where it acts, as `diagnosis.json` names it.
+    pub fn place(&self) -> &'static str {
+        match self.target.as_str() {
+            "friction_factor" => "friction",
+            "normal_force_factor" => "normal_force",
+            "tip_force" => "tip_force",
+            "frequency_factor" => "frequency",
+            "damping_factor" => "damping",
+            "measurement" => "measurement",
+            "belt_velocity" => "belt",
+            _ => "clamp",
+        }
+    }
 }
 
 #[cfg(test)]

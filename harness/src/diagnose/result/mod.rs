@@ -1,6 +1,7 @@
 //! The diagnosis as it is written: ladder, estimates, words.
 
 pub mod assemble;
+pub(crate) mod beyond_catalogue;
 pub mod curve_formula;
 pub mod diagnosis;
 pub mod error_ladder;

@@ -1,14 +1,17 @@
 //! What is said of physics that nobody wrote a term for: where it acts, what it depends on, and the curve.
 
+use super::beyond_catalogue::{
+    Acting, BeyondCatalogue, Candidate, argument_in_words, argument_unit, effect_of_library,
+    place_in_words, value_unit,
+};
 use super::hysteresis::{Loop, hysteresis};
 use super::shape::{is_flat, shape};
 use crate::diagnose::explanation::argument::course;
-use crate::diagnose::explanation::curve_estimate::{CurveEstimate, curve_estimate};
+use crate::diagnose::explanation::curve_estimate::CurveEstimate;
 use crate::diagnose::explanation::library_term::proposal;
-use crate::diagnose::model::library::{File, is_library_effect};
+use crate::diagnose::model::library::File;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::unknown_function::{UnknownFunction, is_unknown_function};
-use crate::diagnose::result::curve_formula::function_of;
+use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::{SEARCHED, TIE};
@@ -21,7 +24,7 @@ const NEAREST: usize = 3;
 /// Intervals of the histogram over a curve.
 const INTERVALS: usize = 28;
 
-/// An unknown function as fitted, in `diagnosis.json` as `unknown`.
+/// Physics beyond the catalogue as fitted, in `diagnosis.json` as `unknown`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Unknown {
     /// Where it acts: `friction`, `normal_force`, `tip_force`, `frequency`, `damping`, `measurement` or `belt`.
@@ -33,11 +36,14 @@ pub struct Unknown {
     pub argument: String,
     /// Unit of the argument.
     pub argument_unit: String,
+    /// The effect of the library that explains the data best; `None` where an unknown function does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub library_effect: Option<String>,
     /// Time constant in s with which the argument is low-passed; `None` without a memory.
     pub memory_s: Option<f64>,
-    /// Argument, value and standard deviation of the value at the nodes.
+    /// Argument, value and standard deviation of the value at the nodes; empty where no unknown function was fitted in that place.
     pub curve: Vec<[f64; 3]>,
-    /// Probability among the unknown functions that were fitted; small where none of them explains the data.
+    /// Probability among the hypotheses beyond the catalogue that were fitted; small where none of them explains the data.
     pub probability: f64,
     /// Others that the data can't tell from it.
     pub alternatives: Vec<Alternative>,
@@ -56,7 +62,7 @@ pub struct Unknown {
     pub samples: Vec<[f64; 3]>,
     /// The curve as a user's effect.
     #[serde(skip)]
-    pub file: String,
+    pub file: Option<String>,
     /// The same in words.
     #[serde(skip)]
     pub words: String,
@@ -73,118 +79,126 @@ pub struct Formula {
     pub parameters: BTreeMap<String, Estimate>,
 }
 
-/// Another unknown function.
+/// Another place and argument.
 #[derive(Debug, Clone, Serialize)]
 pub struct Alternative {
     /// Where it acts.
     pub target: String,
     /// What it depends on.
     pub argument: String,
-    /// Probability among the unknown functions that were fitted.
+    /// Probability among the hypotheses beyond the catalogue that were fitted.
     pub probability: f64,
 }
 
-/// The best unknown function of a selection; `None` where none was fitted.
+/// What a selection tells of physics beyond the catalogue; `None` where no hypothesis beyond it was fitted.
 pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
-    let (fitted, is_any_adequate) = candidates(problem, selection);
-    let first = fitted.first()?;
-    let (best, model) = (first.function, first.model);
-    let odds = |c: &Candidate| (c.log_evidence - first.log_evidence).min(0.0).exp();
-    let known = if is_any_adequate { 1.0 } else { 1.0 - SEARCHED };
-    let total = fitted.iter().map(odds).sum::<f64>() / known;
-    let alternatives = fitted[1..]
+    let beyond = BeyondCatalogue::of(problem, selection);
+    let first = beyond.candidates.first()?;
+    let odds = beyond.odds();
+    let known = if beyond.is_any_adequate {
+        1.0
+    } else {
+        1.0 - SEARCHED
+    };
+    let total = odds.iter().map(|(_, odds)| odds).sum::<f64>() / known;
+    let of_first = odds[0].1;
+    let alternatives = odds[1..]
         .iter()
-        .filter(|c| first.log_evidence - c.log_evidence < TIE)
-        .map(|c| Alternative {
-            target: c.function.place.to_owned(),
-            argument: c.function.argument.to_owned(),
-            probability: odds(c) / total,
+        .filter(|(_, odds)| (of_first / odds).ln() < TIE)
+        .map(|(acting, odds)| Alternative {
+            target: acting.target.clone(),
+            argument: acting.argument.clone(),
+            probability: odds / total,
         })
         .collect();
-    let curve = curve(best, first.estimate.as_ref()?);
-    let h = &model.fitted.hypothesis;
-    let memory = h.shared_index(&format!("{}.tau", best.id));
-    let memory = memory.map(|i| estimate(h, &model.fitted.fit, i));
-    let memory_s = memory.as_ref().map(|m| m.value);
-    let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
-    let value_unit = best.value_unit();
-    let shape = shape(&curve, value_unit);
-    let hysteresis = memory_s.filter(|tau| *tau > 0.0).and_then(|tau| {
-        let units = (value_unit, best.argument_unit);
-        hysteresis(problem, best.argument, tau, &curve, units)
-    });
-    let mut words = in_words(best, &shape, memory.as_ref(), is_any_adequate);
-    if let Some(found) = &hysteresis {
-        let names = (place_in_words(best.place), argument_in_words(best.argument));
-        words = format!("{words} {}", found.words(names.0, names.1));
-    }
+    let curve = beyond.curve();
+    let shown = curve.map(|(c, of, e)| Shown::new(problem, c, of, e));
+    let shown = shown.unwrap_or_default();
+    let memory = memory(problem, first);
     Some(Unknown {
-        target: best.place.to_owned(),
-        mode: best.mode,
-        argument: best.argument.to_owned(),
-        argument_unit: best.argument_unit.to_owned(),
-        memory_s,
-        words,
-        shape,
-        hysteresis,
-        samples: samples(problem, best.argument, memory_s, &curve),
-        curve,
-        probability: 1.0 / total,
+        target: first.acting.target.clone(),
+        mode: first.mode,
+        argument: first.acting.argument.clone(),
+        argument_unit: argument_unit(&first.acting.argument).to_owned(),
+        library_effect: first.effect.map(str::to_owned),
+        words: in_words(&Said {
+            acting: &first.acting,
+            mode: first.mode,
+            effect: first.effect,
+            memory: memory.as_ref(),
+            shown: &shown,
+            is_adequate: beyond.is_any_adequate,
+        }),
+        memory_s: memory.map(|m| m.value),
+        shape: shown.shape,
+        hysteresis: shown.hysteresis,
+        samples: shown.samples,
+        curve: shown.curve,
+        probability: of_first / total,
         alternatives,
         nearest_library_effects: nearest(problem, selection),
-        value_unit: value_unit.to_owned(),
+        value_unit: value_unit(&first.acting.target).to_owned(),
         formula: formula(problem, selection),
-        file: best.file_with("unknown", &values, memory_s),
+        file: shown.file,
     })
 }
 
-/// An unknown function that was fitted.
-struct Candidate<'a> {
-    function: &'a UnknownFunction,
-    model: &'a FittedModel,
-    estimate: Option<CurveEstimate>,
-    /// With the smoothness fitted too, nats.
-    log_evidence: f64,
+/// What the curve of an unknown function shows; nothing where none was fitted.
+#[derive(Default)]
+struct Shown {
+    curve: Vec<[f64; 3]>,
+    shape: String,
+    hysteresis: Option<Loop>,
+    samples: Vec<[f64; 3]>,
+    file: Option<String>,
 }
 
-impl<'a> Candidate<'a> {
-    fn new(problem: &'a Problem, model: &'a FittedModel) -> Option<Self> {
-        let function = function_of(problem, model)?;
-        let estimate = curve_estimate(problem, function, &model.fitted);
-        let gain = estimate.as_ref().map_or(0.0, |e| e.gain);
-        Some(Self {
-            function,
-            model,
-            estimate,
-            log_evidence: gain - model.score(),
-        })
+impl Shown {
+    fn new(
+        problem: &Problem,
+        candidate: &Candidate,
+        of: &UnknownFunction,
+        estimate: &CurveEstimate,
+    ) -> Self {
+        let curve = curve(of, estimate);
+        let memory_s = memory(problem, candidate).map(|m| m.value);
+        let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
+        let hysteresis = memory_s.filter(|tau| *tau > 0.0).and_then(|tau| {
+            let units = (of.value_unit(), of.argument_unit);
+            hysteresis(problem, of.argument, tau, &curve, units)
+        });
+        Self {
+            shape: shape(&curve, of.value_unit()),
+            hysteresis,
+            samples: samples(problem, of.argument, memory_s, &curve),
+            curve,
+            file: Some(of.file_with("unknown", &values, memory_s)),
+        }
     }
 }
 
-/// The unknown functions that the data can't tell from the best one, that one first.
-pub fn unknown_rivals<'a>(problem: &'a Problem, selection: &'a Selection) -> Vec<&'a FittedModel> {
-    let (fitted, is_any_adequate) = candidates(problem, selection);
-    let best = fitted.first().map_or(f64::NAN, |c| c.log_evidence);
-    let tied = fitted
-        .into_iter()
-        .filter(|c| is_any_adequate && best - c.log_evidence < TIE);
-    tied.map(|c| c.model).collect()
+/// Time constant in s with which the argument of a hypothesis is low-passed; `None` without a memory of that kind.
+fn memory(problem: &Problem, of: &Candidate) -> Option<Estimate> {
+    let choice = of.model.choices.first()?;
+    let fitted = &of.model.fitted;
+    let name = format!("{}.tau", problem.catalogue[choice.effect].id);
+    let i = fitted.hypothesis.shared_index(&name)?;
+    let remembers = of.acting.argument.starts_with("low_passed_");
+    remembers.then(|| estimate(&fitted.hypothesis, &fitted.fit, i))
 }
 
-/// The unknown functions that were fitted, best first, and whether any is adequate. As in the verdict: adequate ones share all,
-/// and where none is, all share the little that is left beside something else.
-fn candidates<'a>(problem: &'a Problem, selection: &'a Selection) -> (Vec<Candidate<'a>>, bool) {
-    let all = selection.path.iter().chain(&selection.singles);
-    let mut fitted: Vec<Candidate> = all
-        .filter_map(|model| Candidate::new(problem, model))
-        .collect();
-    let is_any_adequate = fitted.iter().any(|c| c.model.reaches_floor());
-    fitted.retain(|c| !is_any_adequate || c.model.reaches_floor());
-    fitted.sort_by(|a, b| match is_any_adequate {
-        true => b.log_evidence.total_cmp(&a.log_evidence),
-        false => a.model.compare(b.model),
-    });
-    (fitted, is_any_adequate)
+/// Hypotheses beyond the catalogue that the data can't tell from the best one, that one first.
+pub fn unknown_rivals<'a>(problem: &'a Problem, selection: &'a Selection) -> Vec<&'a FittedModel> {
+    let beyond = BeyondCatalogue::of(problem, selection);
+    let best = beyond
+        .candidates
+        .first()
+        .map_or(f64::NAN, |c| c.log_posterior);
+    let tied = beyond
+        .candidates
+        .into_iter()
+        .filter(|c| beyond.is_any_adequate && best - c.log_posterior < TIE);
+    tied.map(|c| c.model).collect()
 }
 
 /// The formula that a selection ends with in place of a curve, as fitted.
@@ -192,10 +206,9 @@ fn formula(problem: &Problem, selection: &Selection) -> Option<Formula> {
     let model = selection.path.last()?;
     let choice = model.choices.last()?;
     let fitted = model.full_refit.as_ref().unwrap_or(&model.fitted);
-    let is_formula = problem.formula_files.iter().any(|f| {
-        toml::from_str::<File>(f).is_ok_and(|f| f.id == problem.catalogue[choice.effect].id)
-    });
-    let term = proposal(problem, choice, fitted, f64::NAN).filter(|_| is_formula)?;
+    let formulas = problem.formula_files.iter().map(String::as_str);
+    File::among(formulas, &problem.catalogue[choice.effect].id)?;
+    let term = proposal(problem, choice, fitted, f64::NAN)?;
     Some(Formula {
         target: term.target,
         expression: term.expression,
@@ -216,13 +229,7 @@ fn curve(of: &UnknownFunction, estimate: &CurveEstimate) -> Vec<[f64; 3]> {
 fn nearest(problem: &Problem, selection: &Selection) -> Vec<String> {
     let all = selection.path.iter().chain(&selection.singles);
     let mut of_library: Vec<(&FittedModel, &str)> = all
-        .filter_map(|m| {
-            let [choice] = &m.choices[..] else {
-                return None;
-            };
-            let id = problem.catalogue[choice.effect].id.as_str();
-            (is_library_effect(id) && !is_unknown_function(id)).then_some((m, id))
-        })
+        .filter_map(|m| Some((m, effect_of_library(problem, m)?)))
         .collect();
     of_library.sort_by(|a, b| a.0.compare(b.0));
     of_library
@@ -232,42 +239,21 @@ fn nearest(problem: &Problem, selection: &Selection) -> Vec<String> {
         .collect()
 }
 
-/// The place in words.
-pub fn place_in_words(place: &str) -> &'static str {
-    match place {
-        "friction" => "the coefficient of friction",
-        "normal_force" => "the normal force",
-        "tip_force" => "a force on the tip",
-        "frequency" => "the natural frequencies",
-        "damping" => "the damping",
-        "measurement" => "the reading of the sensor",
-        _ => "the velocity of the belt",
-    }
-}
-
-/// The argument in words, without its memory.
-pub fn argument_in_words(argument: &str) -> &'static str {
-    match argument {
-        "w" => "the tip displacement",
-        "w_dot" => "the tip velocity",
-        "v_r" | "low_passed_v_r" => "the sliding speed",
-        "time" => "the time since the start of a run",
-        "dwell" => "the time since stick began",
-        "normal_force" => "the normal force",
-        "low_passed_power" => "the friction power",
-        _ => "the deflection",
-    }
-}
-
-/// Where it acts, what it depends on and what shape the curve has, in words.
-fn in_words(
-    of: &UnknownFunction,
-    shape: &str,
-    memory: Option<&Estimate>,
+/// What is said of the best hypothesis beyond the catalogue.
+struct Said<'a> {
+    acting: &'a Acting,
+    mode: Option<usize>,
+    effect: Option<&'a str>,
+    memory: Option<&'a Estimate>,
+    shown: &'a Shown,
     is_adequate: bool,
-) -> String {
-    let argument = argument_in_words(of.argument);
-    let memory = memory.map_or(String::new(), |tau| {
+}
+
+/// Where the best hypothesis acts, what it depends on and what shape its curve has, in words.
+fn in_words(said: &Said) -> String {
+    let argument = argument_in_words(&said.acting.argument);
+    let place = place_in_words(&said.acting.target);
+    let memory = said.memory.map_or(String::new(), |tau| {
         let bound = match tau.at_bound {
             true => ", which lies on its bound",
             false => "",
@@ -277,24 +263,37 @@ fn in_words(
             tau.value
         )
     });
-    let mode = of
+    let mode = said
         .mode
         .map_or(String::new(), |mode| format!(" (of mode {mode} alone)"));
-    let place = place_in_words(of.place);
-    if !is_adequate {
+    let acts = format!("acts on {place}{mode} and depends on {argument}{memory}");
+    let shape = &said.shown.shape;
+    let by = said
+        .effect
+        .map_or(String::new(), |id| format!(", as {id} does"));
+    if !said.is_adequate {
         return format!(
-            "No unknown function of one quantity explains the data to the noise either; the one that comes nearest acts on {place}{mode} and depends on {argument}{memory}."
+            "Nothing that was tried beyond the catalogue explains the data to the noise either; what comes nearest {acts}{by}."
         );
     }
-    match is_flat(shape) {
-        false => format!(
-            "Most likely it acts on {place}{mode} and depends on {argument}{memory}; the curve {shape}."
-        ),
+    if said.effect.is_none() && is_flat(shape) {
         // The best of those that explain nothing is no lead.
-        true => format!(
-            "No unknown function tells where it acts: the nearest of those fitted acts on {place}{mode} and depends on {argument}{memory}, and its curve {shape}."
-        ),
+        return format!(
+            "No unknown function tells where it acts: the nearest of those fitted {acts}, and its curve {shape}."
+        );
     }
+    let shape = match shape.as_str() {
+        "" => String::new(),
+        shape => format!("; the curve {shape}"),
+    };
+    let looped = said
+        .shown
+        .hysteresis
+        .as_ref()
+        .map_or(String::new(), |found| {
+            format!(" {}", found.words(place, argument))
+        });
+    format!("Most likely it {acts}{by}{shape}.{looped}")
 }
 
 /// Which share of the samples of the runs fitted lies in each of [`INTERVALS`] equal intervals over the curve: from, to, share.
@@ -328,23 +327,38 @@ fn samples(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::model::unknown_function::unknown_functions;
-    use crate::measurement::Campaign;
-    use std::path::Path;
 
     #[test]
     fn a_flat_curve_is_no_lead() {
-        let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../reference-data/demo");
-        let campaign = Campaign::load(&demo).unwrap();
-        let functions = unknown_functions(&campaign, 80.0, 0.1, &[(-1e-3, 1e-3)]);
-        let of = |curve: [[f64; 3]; 3]| in_words(&functions[0], &shape(&curve, "1"), None, true);
-        let flat = of([[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]]);
+        let acting = Acting {
+            target: "friction".to_owned(),
+            argument: "time".to_owned(),
+        };
+        let of = |curve: [[f64; 3]; 3], effect: Option<&str>| {
+            let shown = Shown {
+                shape: shape(&curve, "1"),
+                ..Shown::default()
+            };
+            in_words(&Said {
+                acting: &acting,
+                mode: None,
+                effect,
+                memory: None,
+                shown: &shown,
+                is_adequate: true,
+            })
+        };
+        let flat = [[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]];
+        let words = of(flat, None);
         assert!(
-            flat.starts_with("No unknown function tells where"),
-            "{flat}"
+            words.starts_with("No unknown function tells where"),
+            "{words}"
         );
-        let steep = of([[0.0, 0.0, 0.02], [1.0, 0.2, 0.02], [2.0, 0.4, 0.02]]);
-        assert!(steep.starts_with("Most likely it acts on the coefficient of friction"));
-        assert!(steep.contains("the curve rises from"), "{steep}");
+        // What has a formula acts where it acts.
+        let words = of(flat, Some("term_wear"));
+        assert!(words.starts_with("Most likely"), "{words}");
+        let words = of([[0.0, 0.0, 0.02], [1.0, 0.2, 0.02], [2.0, 0.4, 0.02]], None);
+        assert!(words.starts_with("Most likely it acts on the coefficient of friction"));
+        assert!(words.contains("the curve rises from"), "{words}");
     }
 }

@@ -14,7 +14,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
 use crate::diagnose::selection::decision::{log_prior, share_starts};
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
 use crate::diagnose::selection::tested::Tested;
@@ -25,10 +25,6 @@ use crate::watch::Watch;
 
 /// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
 const BATCH: usize = 2;
-/// A fit gains at most this many times what was expected of it: twice the most that was seen beside models that leave an effect
-/// out (2.2 to 2.5 times, where the gain was large).
-pub(crate) const MOST_OVER_EXPECTED: f64 = 5.0;
-
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {
     /// Effects tested and not fitted, with what is expected of them.
@@ -59,11 +55,6 @@ impl Beside {
             leader: leader.choices.clone(),
             leads: jobs.into_iter().zip(leads).collect(),
         })
-    }
-
-    /// All hypotheses with one effect more.
-    pub fn all(&self) -> impl Iterator<Item = &Vec<Choice>> {
-        self.leads.iter().map(|(choices, _)| choices)
     }
 
     /// Those that the test promises a claim of.

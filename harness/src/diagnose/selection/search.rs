@@ -10,15 +10,15 @@ use crate::diagnose::initialisation::search_options::{
     BRIEF, CURVE, HIDDEN, STRONG_PRIOR, THOROUGH,
 };
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::library::is_library_effect;
+use crate::diagnose::model::library::{File, is_library_effect};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{
     adds_library_effect, all_variants, library, unknown, variants,
 };
 use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
-use crate::diagnose::selection::extension::{Beside, MOST_OVER_EXPECTED, extend};
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::extension::{Beside, extend};
+use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
 use crate::diagnose::selection::race::Race;
 use crate::diagnose::selection::screening::{Promised, Screen};
 use crate::diagnose::selection::tested::Tested;
@@ -110,7 +110,7 @@ pub(crate) fn explore<'a>(
     };
     watch.stage(stages::FURTHER);
     found.try_harder()?;
-    if !problem.place_is_told() && !found.calibrated.reaches_floor() {
+    if !problem.place_is_told() {
         watch.stage(stages::LIBRARY);
         let most = match found.is_settled()? {
             true => found.library_rivals()?,
@@ -403,20 +403,18 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Searches for a further effect beside a leader that looks adequate, where a score test on the segments compared promises enough on
-    /// these alone: there, the test is a hint and does not order what it is silent on (a drag that the damping had taken the place
-    /// of). Whether a pair was found that is more probable than the leader.
+    /// Searches beside a leader that looks adequate for the further effects that a score test on the segments compared promises a claim
+    /// of. Whether a pair was found that is more probable than the leader.
     fn search_beside(&mut self, leader: &FittedModel, beside: &Beside) -> Result<bool, Error> {
         let visible = beside.visible(self.problem);
         if visible.is_empty() {
             return Ok(false);
         }
-        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = beside
-            .all()
+        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = visible
+            .into_iter()
             .cloned()
             .partition(|choices| adds_library_effect(self.problem, choices));
-        let of_library = of_library.into_iter().filter(|c| visible.contains(&c));
-        let mut found = self.hidden(of_library.collect(), leader)?;
+        let mut found = self.hidden(of_library, leader)?;
         let more = self
             .screen
             .compete(&of_catalogue, leader, THOROUGH, self.watch)?;
@@ -473,14 +471,35 @@ impl Exploration<'_> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.held_alone()?;
         let ranked = self.by_promise(&alone, unknown(self.problem))?;
-        let best = ranked.into_iter().take(UNKNOWN_FITTED);
-        let jobs: Vec<Vec<Choice>> = best.map(|(choices, _)| choices).collect();
+        let acting = self.adequate_of_library();
+        let is_wanted = |(place, (choices, _)): &(usize, Promised)| {
+            *place < UNKNOWN_FITTED || self.acts_like(choices, &acting)
+        };
+        let best = ranked.into_iter().enumerate().filter(is_wanted);
+        let jobs: Vec<Vec<Choice>> = best.map(|(_, (choices, _))| choices).collect();
         let held = screen.compete(&jobs, &alone, CURVE, watch)?;
         let mut found = screen.freed(&held)?;
         screen.finish(&mut found, watch)?;
         screen.keep_better(&mut self.singles, held);
         screen.keep_better(&mut self.singles, found);
         Ok(())
+    }
+
+    /// The effects of the library that are adequate, each alone.
+    fn adequate_of_library(&self) -> Vec<File> {
+        let adequate = self.singles.iter().filter(|m| m.reaches_floor());
+        let id = |m: &FittedModel| &self.problem.catalogue[m.choices[0].effect].id;
+        adequate.filter_map(|m| File::of_library(id(m))).collect()
+    }
+
+    /// Whether a hypothesis is an unknown function with the place and the argument of one of these effects, whose curve it shows.
+    fn acts_like(&self, choices: &[Choice], effects: &[File]) -> bool {
+        let id = &self.problem.catalogue[choices[0].effect].id;
+        let mut functions = self.problem.unknown_functions.iter();
+        functions.any(|f| {
+            let is_its = |e: &File| e.place() == f.place && e.argument == f.argument;
+            f.id == *id && effects.iter().any(is_its)
+        })
     }
 
     /// The effects of the library that were not fitted yet, best first by what a score test promises of them.
@@ -492,11 +511,18 @@ impl Exploration<'_> {
     }
 
     /// How many effects of the library may explain the data as well as the best single effect does, which is adequate: those of
-    /// which a score test at the calibrated model promises no less than of that.
+    /// which a score test at the calibrated model promises no less than of that, and all where it leaves segments unmet. None where nothing is named but the calibrated model, beside which they are tested anyway.
     fn library_rivals(&mut self) -> Result<usize, Error> {
-        let Some(best) = self.singles.first() else {
+        let posterior = |model: &FittedModel| log_posterior(self.problem, model);
+        let is_named = |single: &&FittedModel| {
+            !self.calibrated.reaches_floor() || posterior(single) > posterior(&self.calibrated)
+        };
+        let Some(best) = self.singles.first().filter(is_named) else {
             return Ok(0);
         };
+        if best.leaves_segments() {
+            return Ok(usize::MAX);
+        }
         let jobs = [best.choices.clone()];
         let gained = self.calibrated.score() - best.score();
         let promised = self.screen.promises(&jobs, &self.calibrated, self.watch)?;
@@ -509,7 +535,7 @@ impl Exploration<'_> {
     }
 
     /// Effects of the library as the only thing that the calibrated model lacks, hypotheses like the others: `most` of those that were
-    /// not fitted yet, until one is adequate. A score test orders them. Far from the noise it can't tell more.
+    /// not fitted yet, until one is adequate and meets all segments. A score test orders them. Far from the noise it can't tell more.
     fn add_library_effects(&mut self, most: usize) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.calibrated.clone();
@@ -521,7 +547,8 @@ impl Exploration<'_> {
         for batch in jobs.chunks(LIBRARY_BATCH) {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
             screen.keep_better(&mut found, new);
-            if watch.stop() || found.first().is_some_and(FittedModel::reaches_floor) {
+            let is_answer = |m: &FittedModel| m.reaches_floor() && !m.leaves_segments();
+            if watch.stop() || found.first().is_some_and(is_answer) {
                 break;
             }
         }
