@@ -180,25 +180,33 @@ impl Shown {
 /// Time constant in s with which the argument of a hypothesis is low-passed; `None` without a memory of that kind.
 fn memory(problem: &Problem, of: &Candidate) -> Option<Estimate> {
     let choice = of.model.choices.first()?;
-    let fitted = &of.model.fitted;
+    // A curve is that of the segments compared.
+    let on_all = of.model.full_refit.as_ref().filter(|_| of.effect.is_some());
+    let fitted = on_all.unwrap_or(&of.model.fitted);
     let name = format!("{}.tau", problem.catalogue[choice.effect].id);
     let i = fitted.hypothesis.shared_index(&name)?;
     let remembers = of.acting.argument.starts_with("low_passed_");
     remembers.then(|| estimate(&fitted.hypothesis, &fitted.fit, i))
 }
 
-/// Hypotheses beyond the catalogue that the data can't tell from the best one, that one first.
+/// Hypotheses beyond the catalogue that the data can't tell from the best one, that one first; of each place and argument the best.
 pub fn unknown_rivals<'a>(problem: &'a Problem, selection: &'a Selection) -> Vec<&'a FittedModel> {
     let beyond = BeyondCatalogue::of(problem, selection);
+    if !beyond.is_any_adequate {
+        return Vec::new();
+    }
     let best = beyond
         .candidates
         .first()
         .map_or(f64::NAN, |c| c.log_posterior);
-    let tied = beyond
-        .candidates
-        .into_iter()
-        .filter(|c| beyond.is_any_adequate && best - c.log_posterior < TIE);
-    tied.map(|c| c.model).collect()
+    let mut tied: Vec<&Candidate> = Vec::new();
+    for candidate in &beyond.candidates {
+        let is_tied = best - candidate.log_posterior < TIE;
+        if is_tied && tied.iter().all(|t| t.acting != candidate.acting) {
+            tied.push(candidate);
+        }
+    }
+    tied.into_iter().map(|c| c.model).collect()
 }
 
 /// The formula that a selection ends with in place of a curve, as fitted.
