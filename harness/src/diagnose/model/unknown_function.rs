@@ -213,11 +213,7 @@ impl UnknownFunction {
 
     /// Unit of the curve's values.
     pub fn value_unit(&self) -> &'static str {
-        match self.place {
-            "tip_force" => "N",
-            "measurement" => "m",
-            _ => "1",
-        }
+        value_unit(self.place)
     }
 
     /// An effect with the formula `curve` of [`Self::variable`] in place of the table; `memory_s` is the time constant found, in s.
@@ -260,6 +256,16 @@ impl UnknownFunction {
 /// Whether an effect is an unknown function.
 pub fn is_unknown_function(id: &str) -> bool {
     id.starts_with(PREFIX)
+}
+
+/// Unit of what acts on a place, as `diagnosis.json` names it.
+pub(crate) fn value_unit(place: &str) -> &'static str {
+    match place {
+        "tip_force" => "N",
+        "measurement" => "m",
+        "clamp" => "m/s2",
+        _ => "1",
+    }
 }
 
 /// Whether a parameter of an unknown function is a value at a node.

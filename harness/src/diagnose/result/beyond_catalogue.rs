@@ -115,7 +115,7 @@ impl<'a> BeyondCatalogue<'a> {
         }
     }
 
-    /// Odds of each place and argument, of which there are the most probable one first, against the best hypothesis.
+    /// Odds of each place and argument against the best hypothesis, that of this hypothesis first.
     pub fn odds(&self) -> Vec<(&Acting, f64)> {
         let mut kinds: Vec<(&Acting, f64)> = Vec::new();
         let Some(best) = self.candidates.first() else {
@@ -186,16 +186,6 @@ pub(crate) fn argument_unit(argument: &str) -> &'static str {
         "low_passed_power" => "W",
         "constant" => "1",
         _ => "m",
-    }
-}
-
-/// Unit of what acts on a place.
-pub(crate) fn value_unit(place: &str) -> &'static str {
-    match place {
-        "tip_force" => "N",
-        "measurement" => "m",
-        "clamp" => "m/s2",
-        _ => "1",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::beyond_catalogue::{
     Acting, BeyondCatalogue, Candidate, argument_in_words, argument_unit, effect_of_library,
-    place_in_words, value_unit,
+    place_in_words,
 };
 use super::hysteresis::{Loop, hysteresis};
 use super::shape::{is_flat, shape};
@@ -11,7 +11,7 @@ use crate::diagnose::explanation::curve_estimate::CurveEstimate;
 use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::unknown_function::UnknownFunction;
+use crate::diagnose::model::unknown_function::{UnknownFunction, value_unit};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::{SEARCHED, TIE};
