@@ -349,8 +349,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Whether so much was computed that no more pairs are begun ([`MOST_WORK`]), longer and driven segments weighed by what they
-    /// cost.
+    /// Whether so much was computed that nothing more of the catalogue and the library is begun ([`MOST_WORK`]), longer and driven
+    /// segments weighed by what they cost. Asked between batches alone, so that the answer does not depend on the number of threads.
     pub fn is_budget_spent(&self) -> bool {
         let samples = self.segments.iter().map(|s| s.time.len()).sum::<usize>();
         let of_segment = samples as f64 / self.segments.len() as f64;

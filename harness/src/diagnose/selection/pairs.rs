@@ -38,8 +38,7 @@ pub(crate) fn with_leaders(
     for leader in leaders {
         let first = &leader.choices[0];
         let mut left = with(screen, first, list, &led);
-        // However much is spent by then, the best pairs of the first leader are tried.
-        let mut goes_on = led.is_empty() || !is_over(screen, watch);
+        let mut goes_on = !is_over(screen, watch);
         led.push(first.clone());
         if goes_on {
             left = most_promising_first(screen, left, leader, watch)?;

@@ -127,9 +127,11 @@ pub(crate) fn explore<'a>(
         found.compare_adequate()?;
     }
     if !found.is_adequate() && !found.pair_explains()? {
-        watch.stage(stages::PASSED_OVER);
-        found.follow_the_rest()?;
-        found.compare_adequate()?;
+        if !problem.is_budget_spent() {
+            watch.stage(stages::PASSED_OVER);
+            found.follow_the_rest()?;
+            found.compare_adequate()?;
+        }
         if !found.is_adequate() && !problem.place_is_told() {
             watch.stage(stages::PAIRS_FURTHER);
             found.pair()?;
@@ -139,7 +141,7 @@ pub(crate) fn explore<'a>(
     found.refit_halves()?;
     found.other_forms_of_pair()?;
     // What of the library promised little comes after two known effects, what has no name after all that has one.
-    if found.needs_unknown_functions() && !found.is_adequate() {
+    if found.needs_unknown_functions() && !found.is_adequate() && !problem.is_budget_spent() {
         watch.stage(stages::LIBRARY);
         found.add_library_effects(usize::MAX)?;
     }
@@ -548,7 +550,8 @@ impl Exploration<'_> {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
             screen.keep_better(&mut found, new);
             let is_answer = |m: &FittedModel| m.reaches_floor() && !m.leaves_segments();
-            if watch.stop() || found.first().is_some_and(is_answer) {
+            let is_over = watch.stop() || self.problem.is_budget_spent();
+            if is_over || found.first().is_some_and(is_answer) {
                 break;
             }
         }
