@@ -25,6 +25,7 @@ use crate::watch::Watch;
 
 /// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
 const BATCH: usize = 2;
+
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {
     /// Effects tested and not fitted, with what is expected of them.

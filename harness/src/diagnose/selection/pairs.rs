@@ -38,7 +38,7 @@ pub(crate) fn with_leaders(
     for leader in leaders {
         let first = &leader.choices[0];
         let mut left = with(screen, first, list, &led);
-        let mut goes_on = !is_over(screen, watch);
+        let mut goes_on = !screen.is_over(watch);
         led.push(first.clone());
         if goes_on {
             left = most_promising_first(screen, left, leader, watch)?;
@@ -53,7 +53,7 @@ pub(crate) fn with_leaders(
                 screen.finish(&mut new, watch)?;
             }
             screen.keep_better(&mut pairs, new);
-            goes_on = !is_over(screen, watch);
+            goes_on = !screen.is_over(watch);
             if goes_on && explains(screen, pairs.first_mut())? {
                 screen.sort(&mut pairs);
                 let untried = Vec::new();
@@ -65,11 +65,6 @@ pub(crate) fn with_leaders(
     }
     screen.sort(&mut pairs);
     Ok(Searched { pairs, untried })
-}
-
-/// Whether no more pairs are begun: on request, or since the budget of a diagnosis is spent.
-fn is_over(screen: &Screen, watch: &dyn Watch) -> bool {
-    watch.stop() || screen.problem.is_budget_spent()
 }
 
 /// Whether a pair without values of its own along each run explains the data; those imitate much.

@@ -150,6 +150,11 @@ impl<'a> Screen<'a> {
         Ok(all)
     }
 
+    /// Whether no more batches of hypotheses are begun: on request, or since the budget of a search is spent.
+    pub(crate) fn is_over(&self, watch: &dyn Watch) -> bool {
+        watch.stop() || self.problem.is_budget_spent()
+    }
+
     /// Best first.
     pub fn sort(&self, models: &mut [FittedModel]) {
         models.sort_by(FittedModel::compare);

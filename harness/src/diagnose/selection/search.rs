@@ -40,6 +40,7 @@ const RESTARTED: usize = 3;
 const LIBRARY_BATCH: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
+
 /// What has been found so far.
 pub(crate) struct Exploration<'a> {
     problem: &'a Problem<'a>,
@@ -550,8 +551,7 @@ impl Exploration<'_> {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
             screen.keep_better(&mut found, new);
             let is_answer = |m: &FittedModel| m.reaches_floor() && !m.leaves_segments();
-            let is_over = watch.stop() || self.problem.is_budget_spent();
-            if is_over || found.first().is_some_and(is_answer) {
+            if screen.is_over(watch) || found.first().is_some_and(is_answer) {
                 break;
             }
         }
