@@ -7,7 +7,7 @@
 //! comes to graze a transition would else bar the way for all others. Objective of what is compared: the likelihood of
 //! [`likelihood`] with the same priors, no segment left out. Minimised by Levenberg-Marquardt on the equivalent weighted least
 //! squares; the start states of each segment are eliminated (Schur complement), so that the cost grows linearly with the
-//! number of segments.
+//! number of segments, and fitted anew for the few segments that bar a step.
 
 use crate::diagnose::data::segment::{FurtherPart, Segment};
 use crate::diagnose::estimation::fit::Fit;

@@ -1,7 +1,7 @@
-//! Other start states for segments that ended in a wrong basin.
+//! Start states by themselves: others for segments that ended in a wrong basin, and of those that a step leaves behind.
 
 use crate::diagnose::estimation::fit::Fit;
-use crate::diagnose::estimation::fitter::{Fitter, Place, directions, sum_of_squares};
+use crate::diagnose::estimation::fitter::{Fitter, Place, TRIMMED, directions, sum_of_squares};
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::estimation::sensitivities::Turned;
 use crate::diagnose::model::point::Point;
@@ -13,6 +13,8 @@ const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (
 
 /// Fall in nats of a segment's loss that another start must bring: less is what the fit of all gains anyway.
 const NOTICED: f64 = 1.0;
+/// Iterations by which a start follows a step.
+const FOLLOWING: usize = 4;
 /// How many of these shares are a segment's beginning.
 const BEGINNING: usize = 2;
 /// Fall of a segment's sum of squares, as a share of it, below which the fit of its start ends.
@@ -53,6 +55,26 @@ impl Fitter<'_, '_> {
         }
         let here = self.evaluate(point);
         self.fit_at(here)
+    }
+
+    /// Fits the start states of the segments that a step has left behind, at its end. The step is good for all but these: a transition
+    /// that a segment grazes makes its motion jump where its derivatives tell of none, and its start state is what lets it follow. So
+    /// the start states are eliminated exactly (variable projection, Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, eq. 3.6)
+    /// where to first order is not enough. Nothing is done where more are left behind than a search may lose: the step is too long.
+    pub(crate) fn follow(&mut self, next: &mut Place, old: &Place) {
+        let rise = |k: usize| self.loss(k, next.sums[k]) - self.loss(k, old.sums[k]);
+        let behind: Vec<usize> = (0..next.sums.len())
+            .filter(|&k| rise(k) > NOTICED)
+            .collect();
+        if behind.len() as f64 > TRIMMED * next.sums.len() as f64 {
+            return;
+        }
+        for k in behind {
+            self.fit_start_over(k, &mut next.point, FOLLOWING);
+            next.residual[k] = self.residual(k, &next.point);
+            next.sums[k] = sum_of_squares(&next.residual[k]);
+        }
+        next.merit = self.trimmed(&next.point, &next.sums);
     }
 
     /// Fits the start state of one segment alone over growing shares of it, from the start it has in `point`.

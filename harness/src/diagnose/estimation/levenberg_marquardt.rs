@@ -55,6 +55,8 @@ struct Descent {
     tries: usize,
     /// Whether along the bend of the way.
     bends: bool,
+    /// Whether the start states of the few segments that bar a step follow it.
+    follows: bool,
 }
 
 impl Fitter<'_, '_> {
@@ -102,6 +104,7 @@ impl Fitter<'_, '_> {
                     least,
                     tries,
                     bends: at_noise && !is_worn && self.options.parameters,
+                    follows: !is_worn && self.options.parameters,
                 };
                 let found = self.descend(&here, (&system, &linear), &mut damping, how);
                 if is_worn && (found.is_none() || at_noise) {
@@ -202,7 +205,7 @@ impl Fitter<'_, '_> {
                 let bent = self.accelerated(here, (system, linear), straight, *damping);
                 trial = bent.or(trial);
             }
-            if let Some(next) = trial.and_then(|trial| self.better(trial, here)) {
+            if let Some(next) = trial.and_then(|trial| self.better(trial, here, how.follows)) {
                 *damping = (*damping * 0.2).max(how.least);
                 return Some(next);
             }
@@ -239,8 +242,9 @@ impl Fitter<'_, '_> {
     }
 
     /// Evaluates a fit; where a segment fared much worse than before, its old start state gets a chance. `None` if the trial is
-    /// no better, which may show before all segments are predicted.
-    fn better(&mut self, mut point: Point, old: &Place) -> Option<Place> {
+    /// no better, which may show before all segments are predicted. With `follows`, the few segments that alone bar a step have their
+    /// start states fitted at its end.
+    fn better(&mut self, mut point: Point, old: &Place, follows: bool) -> Option<Place> {
         let count = self.data.segments.len();
         let prior = self.parameter_prior(&point);
         let (mut residuals, mut sums) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -259,7 +263,10 @@ impl Fitter<'_, '_> {
                     point.states[k] = new;
                 }
             }
-            let loss = self.loss(k, sum);
+            let loss = match follows {
+                true => self.loss(k, sum).min(self.loss(k, old.sums[k])),
+                false => self.loss(k, sum),
+            };
             losses.insert(losses.partition_point(|l| *l < loss), loss);
             residuals.push(residual);
             sums.push(sum);
@@ -270,11 +277,15 @@ impl Fitter<'_, '_> {
             }
         }
         let merit = self.trimmed(&point, &sums);
-        (merit < old.merit).then_some(Place {
+        let mut next = Place {
             point,
             residual: residuals,
             sums,
             merit,
-        })
+        };
+        if follows && next.merit >= old.merit {
+            self.follow(&mut next, old);
+        }
+        (next.merit < old.merit).then_some(next)
     }
 }

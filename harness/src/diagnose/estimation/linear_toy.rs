@@ -389,3 +389,28 @@ fn val_what_a_smaller_hypothesis_knows_need_not_be_differentiated_again() {
         }
     }
 }
+
+#[test]
+fn val_beside_a_bound_the_others_are_where_the_posterior_given_it_has_its_mean() {
+    // Source: the normal equations of all that is free with the bounded parameter at its bound, solved as one dense system.
+    let (mut h, segments) = (hypothesis(3), segments());
+    let bound = 1e-6;
+    h.shared[0].max = bound;
+    let (matrix, data) = dense(&h, &segments);
+    let data = data - matrix.column(0) * bound;
+    let information = matrix.tr_mul(&matrix) + believed(&h, matrix.ncols());
+    let (matrix, information) = (
+        matrix.remove_column(0),
+        information.remove_row(0).remove_column(0),
+    );
+    let mean = information
+        .lu()
+        .solve(&matrix.tr_mul(&data))
+        .expect("regular");
+    let fit = fit(&h, &segments, true);
+    assert_eq!(fit.point.shared[0], bound);
+    for c in 1..3 {
+        let error = fit.point.shared[c] - mean[c - 1];
+        assert!(error.abs() < 1e-5 * BELIEF, "{c}: {error:e} m");
+    }
+}

@@ -8,6 +8,8 @@ pub mod fitter;
 pub(crate) mod graduation;
 mod information;
 pub mod initial_states;
+#[cfg(test)]
+mod jump_toy;
 pub mod levenberg_marquardt;
 pub mod likelihood;
 #[cfg(test)]

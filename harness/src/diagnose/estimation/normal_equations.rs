@@ -197,23 +197,14 @@ impl Normal {
         let mut trial = point.clone();
         let mut moved = DVector::zeros(matrix.nrows());
         if self.moves {
-            let step = scaled_solve(&matrix, &gradient)?;
+            moved = self.moved(f, point, matrix, gradient)?;
             let h = f.hypothesis;
             for c in 0..self.shared {
-                if f.moves(&h.shared[c]) {
-                    let u = h.shared[c].clamp(point.shared[c] + limited(step[c], &h.shared[c]));
-                    moved[c] = u - point.shared[c];
-                    trial.shared[c] = u;
-                }
+                trial.shared[c] += moved[c];
             }
             for (run, parameters) in h.per_run.iter().enumerate() {
-                for (i, parameter) in parameters.iter().enumerate() {
-                    if parameter.prior_std > 0.0 {
-                        let c = self.own_first[run] + i;
-                        let u = parameter.clamp(point.per_run[run][i] + step[c]);
-                        moved[c] = u - point.per_run[run][i];
-                        trial.per_run[run][i] = u;
-                    }
+                for i in 0..parameters.len() {
+                    trial.per_run[run][i] += moved[self.own_first[run] + i];
                 }
             }
         }
@@ -228,6 +219,63 @@ impl Normal {
             }
         }
         Some(trial)
+    }
+
+    /// Changes of all parameters. What would go beyond its bounds or too far at once goes as far as it may, and the others are solved
+    /// for again beside it: their step is one beside a change that is not made otherwise (a set of active bounds, Gill, Murray and
+    /// Wright 1981, Practical Optimization, sect. 5.2).
+    fn moved(
+        &self,
+        f: &Fitter,
+        point: &Point,
+        mut matrix: DMatrix<f64>,
+        mut gradient: DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let size = gradient.len();
+        let mut is_held = vec![false; size];
+        loop {
+            let step = scaled_solve(&matrix, &gradient)?;
+            let allowed = self.allowed(f, point, &step);
+            let beyond: Vec<usize> = (0..size)
+                .filter(|&c| !is_held[c] && allowed[c] != step[c])
+                .collect();
+            if beyond.is_empty() {
+                return Some(allowed);
+            }
+            for c in beyond {
+                is_held[c] = true;
+                gradient.axpy(-allowed[c], &matrix.column(c), 1.0);
+                matrix.row_mut(c).fill(0.0);
+                matrix.column_mut(c).fill(0.0);
+                matrix[(c, c)] = 1.0;
+                gradient[c] = allowed[c];
+            }
+        }
+    }
+
+    /// A step of all parameters within what each may do; none of what does not move.
+    fn allowed(&self, f: &Fitter, point: &Point, step: &DVector<f64>) -> DVector<f64> {
+        let h = f.hypothesis;
+        let mut allowed = DVector::zeros(step.len());
+        let within = |parameter: &Parameter, from: f64, step: f64| {
+            let to = parameter.clamp(from + step);
+            // The very step, where nothing bars it.
+            if to == from + step { step } else { to - from }
+        };
+        for (c, parameter) in h.shared.iter().enumerate() {
+            if f.moves(parameter) {
+                allowed[c] = within(parameter, point.shared[c], limited(step[c], parameter));
+            }
+        }
+        for (run, parameters) in h.per_run.iter().enumerate() {
+            for (i, parameter) in parameters.iter().enumerate() {
+                if parameter.prior_std > 0.0 {
+                    let c = self.own_first[run] + i;
+                    allowed[c] = within(parameter, point.per_run[run][i], step[c]);
+                }
+            }
+        }
+        allowed
     }
 }
 
