@@ -58,13 +58,12 @@ impl Beside {
         })
     }
 
-    /// Those that the test promises a claim of.
-    pub fn visible(&self, problem: &Problem) -> Vec<&Vec<Choice>> {
+    /// Those that the test promises a claim of, and what it promises.
+    pub fn visible(&self, problem: &Problem) -> Vec<(&Vec<Choice>, &Promise)> {
         let least = price(problem, self.leader.len()) + CLAIMED.ln();
-        let promised = |lead: &Option<Lead>| Some(lead.as_ref()?.promise.as_ref()?.gain);
-        let is_claim = |lead: &Option<Lead>| promised(lead).is_some_and(|gain| gain > least);
-        let claims = self.leads.iter().filter(|(_, lead)| is_claim(lead));
-        claims.map(|(choices, _)| choices).collect()
+        let all = self.leads.iter();
+        let all = all.filter_map(|(c, lead)| Some((c, lead.as_ref()?.promise.as_ref()?)));
+        all.filter(|(_, promise)| promise.gain > least).collect()
     }
 }
 

@@ -127,10 +127,15 @@ impl FittedModel {
         per_run.iter().flatten().any(|k| k.support.is_some())
     }
 
-    /// Whether it leaves segments unmet that are worth a claim, beyond what its own fit still promises. The model that made the data
-    /// meets all of them; what is missing in a few segments a score test on the others can't see.
+    /// Whether it leaves segments unmet that are worth a claim, once it was fitted to its end. The model that made the data meets all of
+    /// them; what is missing in a few segments a score test on the others can't see.
     pub fn leaves_segments(&self) -> bool {
-        self.lost > CLAIMED.ln() + MOST_OVER_EXPECTED * self.fitted.fit.expected_fall
+        self.lost > CLAIMED.ln()
+    }
+
+    /// Whether it explains the data and leaves no segment.
+    pub fn meets_all(&self) -> bool {
+        self.reaches_floor() && !self.leaves_segments()
     }
 
     /// Whether it explains the data without values of its own along each run, which imitate much.

@@ -230,13 +230,13 @@ impl<'a> Screen<'a> {
     }
 
     /// Fits models further that are near the noise but not down to it: the best ones, and where the best is down
-    /// to it already, only those that need fewer parameters than it does.
+    /// to it already and leaves no segment, only those that need fewer parameters than it does.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub fn polish(&self, models: &mut [FittedModel], watch: &dyn Watch) -> Result<(), Error> {
         let enough = match models.first() {
-            Some(best) if best.reaches_floor() => best.size(),
+            Some(best) if best.meets_all() => best.size(),
             _ => usize::MAX,
         };
         let near = match models.first() {
@@ -400,11 +400,7 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub(crate) fn to_its_end(&self, model: &FittedModel) -> Result<FittedModel, Error> {
-        let options = FitOptions {
-            stride: STRIDE,
-            ..full_refit::last_options()
-        };
-        let further = self.further_by(model, options)?;
+        let further = self.further_by(model, last_options())?;
         let is_better = further.is_before(model);
         Ok(if is_better { further } else { model.clone() })
     }
@@ -464,6 +460,14 @@ impl<'a> Screen<'a> {
 fn gives_up(model: &FittedModel) -> bool {
     let middle = model.fit.quantile(0.5);
     middle < NEAR_THE_NOISE && model.fit.quantile(SHARE) > NEAR_THE_NOISE * middle
+}
+
+/// The options of a last fit to the segments compared.
+pub(crate) fn last_options() -> FitOptions {
+    FitOptions {
+        stride: STRIDE,
+        ..full_refit::last_options()
+    }
 }
 
 /// The options of a fit that goes on from where another ended.

@@ -16,15 +16,17 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{
     adds_library_effect, all_variants, library, unknown, variants,
 };
-use crate::diagnose::selection::decision::{log_posterior, log_posterior_on_all, log_prior};
+use crate::diagnose::selection::decision::{
+    log_posterior, log_posterior_on_all, log_prior, share_starts,
+};
 use crate::diagnose::selection::extension::{Beside, extend};
 use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
 use crate::diagnose::selection::race::Race;
-use crate::diagnose::selection::screening::{Promised, Screen};
+use crate::diagnose::selection::screening::{Promised, Screen, last_options};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, lengthening, pairs};
 use crate::diagnose::stages;
-use crate::diagnose::thresholds::CLOSE;
+use crate::diagnose::thresholds::{CLOSE, FINALISTS};
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -281,16 +283,44 @@ impl Exploration<'_> {
         Ok(())
     }
 
+    /// Fits what is adequate and close to the best to all segments, until one of it stands there: what leads on those compared may leave
+    /// others unmet.
+    fn close_on_all(&mut self) -> Result<(), Error> {
+        loop {
+            let all = std::iter::once(&mut self.calibrated).chain(&mut self.singles);
+            let mut close: Vec<&mut FittedModel> = all.filter(|m| m.reaches_floor()).collect();
+            let posterior = |model: &FittedModel| log_posterior(self.problem, model);
+            close.sort_by(|a, b| posterior(b).total_cmp(&posterior(a)));
+            let Some(best) = close.first().map(|m| posterior(m)) else {
+                return Ok(());
+            };
+            close.retain(|m| posterior(m) >= best - CLOSE);
+            close.truncate(FINALISTS);
+            let judged = parallel(&close, |model| {
+                let mut model = (**model).clone();
+                full_refit::stands(self.problem, &mut model)?;
+                Ok(model)
+            })?;
+            for (model, judged) in close.iter_mut().zip(judged) {
+                **model = judged;
+            }
+            let standing = (0..close.len()).filter(|&i| close[i].reaches_floor());
+            let standing: Vec<usize> = standing.collect();
+            share_starts(self.problem, &mut close, &standing)?;
+            if !standing.is_empty() || self.watch.stop() {
+                return Ok(());
+            }
+        }
+    }
+
     /// A further effect may hide behind what is adequate, also behind the calibrated model itself, and then another behind that.
     fn extend_leader(&mut self) -> Result<(), Error> {
         let mut extended: Option<Vec<Choice>> = None;
         let mut searched: Option<Beside> = None;
         while !self.watch.stop() && !self.problem.place_is_told() {
-            // On all segments once a score test has had some fitted to them.
-            let on_all = extended.is_some();
-            let posterior = |c: &FittedModel| match on_all {
-                true => log_posterior_on_all(self.problem, c).unwrap_or(f64::NEG_INFINITY),
-                false => log_posterior(self.problem, c),
+            self.close_on_all()?;
+            let posterior = |c: &FittedModel| {
+                log_posterior_on_all(self.problem, c).unwrap_or(f64::NEG_INFINITY)
             };
             let leader = std::iter::once(&mut self.calibrated)
                 .chain(&mut self.singles)
@@ -306,7 +336,7 @@ impl Exploration<'_> {
                 Some(beside) => beside,
                 None => Beside::new(self.screen, leader, self.watch)?,
             };
-            if !on_all && !is_known {
+            if extended.is_none() && !is_known {
                 let leader = leader.clone();
                 if self.search_beside(&leader, &beside)? {
                     return Ok(());
@@ -413,17 +443,12 @@ impl Exploration<'_> {
         if visible.is_empty() {
             return Ok(false);
         }
-        let (of_library, of_catalogue): (Vec<_>, Vec<_>) = visible
-            .into_iter()
-            .cloned()
-            .partition(|choices| adds_library_effect(self.problem, choices));
-        let mut found = self.hidden(of_library, leader)?;
-        let more = self
-            .screen
-            .compete(&of_catalogue, leader, THOROUGH, self.watch)?;
-        self.screen.keep_better(&mut found, more);
-        self.screen.polish(&mut found, self.watch)?;
-        self.screen.finish(&mut found, self.watch)?;
+        let mut found = parallel(&visible, |(choices, promise)| {
+            let start = promise.start.clone();
+            self.screen
+                .continued(&promise.choices(choices), start, last_options())
+        })?;
+        self.screen.sort(&mut found);
         if leader.choices.is_empty() {
             self.screen.keep_better(&mut self.singles, found);
             return Ok(false);
@@ -523,6 +548,7 @@ impl Exploration<'_> {
         let Some(best) = self.singles.first().filter(is_named) else {
             return Ok(0);
         };
+        let best = self.screen.to_its_end(best)?;
         if best.leaves_segments() {
             return Ok(usize::MAX);
         }
@@ -550,8 +576,12 @@ impl Exploration<'_> {
         for batch in jobs.chunks(LIBRARY_BATCH) {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
             screen.keep_better(&mut found, new);
-            let is_answer = |m: &FittedModel| m.reaches_floor() && !m.leaves_segments();
-            if screen.is_over(watch) || found.first().is_some_and(is_answer) {
+            // What a brief fit leaves unmet, the same fit to its end may meet.
+            let best = found.first().filter(|m| m.reaches_floor());
+            if let Some(ended) = best.map(|m| screen.to_its_end(m)).transpose()? {
+                screen.keep_better(&mut found, vec![ended]);
+            }
+            if screen.is_over(watch) || found.first().is_some_and(FittedModel::meets_all) {
                 break;
             }
         }
