@@ -34,11 +34,12 @@ const BELIEF: f64 = 3e-6;
 const IMITATED: usize = 4;
 
 /// The linear model; with `tangents` it tells its derivatives, else they are taken by differences.
-struct LinearToy {
-    tangents: bool,
+pub(crate) struct LinearToy {
+    pub(crate) tangents: bool,
 }
 
-fn shape(c: usize, t: f64) -> f64 {
+/// What the shared parameter with this number does.
+pub(crate) fn shape(c: usize, t: f64) -> f64 {
     match c {
         IMITATED => 1e8,
         _ => (40.0 * (c + 1) as f64 * t).cos(),
