@@ -14,12 +14,12 @@ pub const LIBRARY: Stage = stage("library effects", 0.6);
 pub const CLOSE: Stage = stage("effects close to the best", 0.75);
 /// Every effect beside what explains the data.
 pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
-/// Two effects together, on beginnings of the segments.
+/// Two effects together, on short windows.
 pub const PAIRS: Stage = stage("pairs of effects", 0.8);
+/// Two effects together, on beginnings of the segments.
+pub const PAIRS_FURTHER: Stage = stage("pairs of effects, further", 0.85);
 /// The single effects that were passed over, where no pair explains the data.
-pub const PASSED_OVER: Stage = stage("the other single effects", 0.85);
-/// Two effects together, on whole segments.
-pub const PAIRS_FURTHER: Stage = stage("pairs of effects, further", 0.9);
+pub const PASSED_OVER: Stage = stage("the other single effects", 0.9);
 /// Curves of one quantity where the catalogue has no answer.
 pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
 /// What explains most where nothing explains all.

@@ -123,7 +123,13 @@ impl<'a> At<'a> {
         })
     }
 
-    fn known(&self) -> Known<'_> {
+    /// The segments, linearised there.
+    pub(crate) fn linear(&self) -> &[Option<Linear>] {
+        &self.linear
+    }
+
+    /// The same, for a larger hypothesis.
+    pub(crate) fn known(&self) -> Known<'_> {
         Known {
             hypothesis: &self.base.hypothesis,
             stuck: &self.base.fit.point.stuck,
@@ -422,7 +428,7 @@ impl<'a> ScoreTest<'a> {
 }
 
 /// Options of the one step that a score test is.
-fn one_step() -> FitOptions {
+pub(crate) fn one_step() -> FitOptions {
     FitOptions {
         robust: false,
         stride: 1,

@@ -187,7 +187,7 @@ fn with_place_map(problem: &Problem, h: &Hypothesis, origin: &Point) -> Option<P
 }
 
 /// Points of the shape parameters to start from: the typical one, and others spread over the plausible range.
-fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> Vec<Vec<f64>> {
+pub(crate) fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> Vec<Vec<f64>> {
     let parameters = &problem.catalogue[effect].parameters;
     let typical: Vec<f64> = shapes.iter().map(|&i| parameters[i].typical).collect();
     let mut grid = vec![typical.clone()];
@@ -207,6 +207,12 @@ fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> Vec<Vec<f64
         }
     }
     grid
+}
+
+/// Natural frequencies that are tried, over the typical one.
+pub(crate) fn resonance_ratios() -> impl Iterator<Item = f64> {
+    let all = std::iter::successors(Some(1.0 / RESONANCE_RANGE), |r| Some(r * RESONANCE_STEP));
+    all.take_while(|&ratio| ratio < RESONANCE_RANGE)
 }
 
 /// Starts for a natural frequency: known to tens of percent at best, it must be met to a cycle within
@@ -234,8 +240,7 @@ fn resonance_starts<'a>(
     };
     let typical = h.shared[parameter].prior;
     let mut tried: Vec<(f64, f64)> = Vec::new();
-    let mut ratio: f64 = 1.0 / RESONANCE_RANGE;
-    while ratio < RESONANCE_RANGE {
+    for ratio in resonance_ratios() {
         let mut point = grid.clone();
         point.shared[parameter] =
             h.shared[parameter].clamp(h.shared[parameter].position(ratio * typical));
@@ -253,7 +258,6 @@ fn resonance_starts<'a>(
         };
         let fit = Fitter::new(predictor, h, &some, quick).run(point);
         tried.push((fit.trimmed, position));
-        ratio *= RESONANCE_STEP;
     }
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
     tried

@@ -359,7 +359,8 @@ impl<'a> Problem<'a> {
             true => MOST_SEGMENTS as f64 / MOST_DRIVEN_SEGMENTS as f64,
             false => 1.0,
         };
-        self.work.spent() as f64 * driven * (of_segment / LONG_SEGMENT).max(1.0) > MOST_WORK
+        let spent = self.work.samples() as f64 / of_segment;
+        spent * driven * (of_segment / LONG_SEGMENT).max(1.0) > MOST_WORK
     }
 
     /// Whether the break-aways tell that friction depends on the place.

@@ -45,12 +45,6 @@ pub fn library(problem: &Problem) -> Vec<Choice> {
     })
 }
 
-/// Whether the last effect of a hypothesis is one of the library or an unknown function.
-pub(crate) fn adds_library_effect(problem: &Problem, choices: &[Choice]) -> bool {
-    let last = choices.last();
-    last.is_some_and(|c| is_library_effect(&problem.catalogue[c.effect].id))
-}
-
 /// All unknown functions, likewise.
 pub fn unknown(problem: &Problem) -> Vec<Choice> {
     variants_of(problem, |effect| is_unknown_function(&effect.id))

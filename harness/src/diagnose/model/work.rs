@@ -10,6 +10,7 @@ pub struct Work {
     motions: AtomicU64,
     sensitivities: AtomicU64,
     fits: AtomicU64,
+    samples: AtomicU64,
 }
 
 /// Counts at one moment.
@@ -26,15 +27,17 @@ pub struct Counts {
 }
 
 impl Work {
-    /// Counts one motion.
-    pub fn motion(&self) {
+    /// Counts one motion over so many samples of a segment.
+    pub fn motion(&self, samples: usize) {
         self.motions.fetch_add(1, Ordering::Relaxed);
+        self.samples.fetch_add(samples as u64, Ordering::Relaxed);
     }
 
-    /// Counts so many derivatives.
-    pub fn sensitivities(&self, count: usize) {
-        self.sensitivities
-            .fetch_add(count as u64, Ordering::Relaxed);
+    /// Counts so many derivatives over so many samples of a segment.
+    pub fn sensitivities(&self, count: usize, samples: usize) {
+        let (count, samples) = (count as u64, samples as u64);
+        self.sensitivities.fetch_add(count, Ordering::Relaxed);
+        self.samples.fetch_add(count * samples, Ordering::Relaxed);
     }
 
     /// Counts one fit.
@@ -42,9 +45,9 @@ impl Work {
         self.fits.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Motions and derivatives so far.
-    pub fn spent(&self) -> u64 {
-        self.motions.load(Ordering::Relaxed) + self.sensitivities.load(Ordering::Relaxed)
+    /// Samples of all motions and derivatives so far: a window costs less than a segment.
+    pub fn samples(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
     }
 
     /// What was counted so far.

@@ -171,7 +171,8 @@ pub struct Diagnosis {
     /// Effects beside those named of which a score test says that no fit could change the verdict.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub further_effects: Vec<FurtherEffect>,
-    /// Pairs of effects that were not tried since the budget of the search was spent, the most promising of each leader first.
+    /// Pairs of effects that were compared to first order and not fitted, the one that explains most first; none where something explains
+    /// the data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub untried_pairs: Vec<String>,
     /// Where the calibrated model fails.

@@ -95,7 +95,7 @@ pub(crate) fn remarks(
     }
     if let (Some(next), false) = (selection.untried.first(), selection.stopped) {
         out.push(format!(
-            "The budget of the search was spent before {} pairs of effects were tried, {next} the next of them; \
+            "{} pairs of effects were compared to first order and not fitted, {next} the next of them; \
              `try --add` of two effects tries a pair, `untried_pairs` in diagnosis.json lists them.",
             selection.untried.len(),
         ));

@@ -1,70 +1,274 @@
-//! Pairs of effects: each of the best single effects with every other.
+//! Pairs of effects of which neither alone explains the data.
+//!
+//! Over a whole segment a model that lacks two effects meets transitions at wrong times, and a fit of one of them ends in a wrong
+//! valley. Over a short window the same model errs by its forces alone, and these add up: a regression on all effects at once
+//! ([`crate::diagnose::initialisation::subset_regression`]) ranks all pairs of them in the time of a few fits, and tells where to fit
+//! each from. Those that explain most are fitted on the windows, the best of these on windows twice as long and on the segments.
 
-use crate::diagnose::initialisation::search_options::THOROUGH;
+use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
+use crate::diagnose::initialisation::responses::Responses;
+use crate::diagnose::initialisation::search_options::STRONG_PRIOR;
+use crate::diagnose::initialisation::subset_regression::Explained;
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::variants::{adds_library_effect, library};
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::model::point::Point;
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
+use crate::diagnose::selection::windows::Windows;
 use crate::error::Error;
+use crate::parallel::parallel;
 use crate::watch::Watch;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Pairs that are fitted before it is asked whether one explains the data: three for each of two cores.
-const BATCH: usize = 6;
+/// Shapes of each effect of which pairs are formed, those that explain most alone.
+const SHAPES: usize = 5;
+/// Pairs that are fitted on the shortest windows, of those that explain most to first order beside the reference model.
+const FOLLOWED: usize = 12;
+/// Single effects that explain most, which are fitted first and beside which the others are regressed again: one that is far from linear
+/// hides the other.
+const LEADERS: usize = 2;
+/// Pairs that are fitted of those that explain most beside each of them.
+const FOLLOWED_BESIDE: usize = 4;
+/// Jacobians for that: a pair that is there comes to the noise from where the regression points within so many.
+const FIRST: usize = 6;
+/// Pairs that are fitted on windows twice as long, ...
+const LONGER: usize = 4;
+/// ... and on whole segments.
+const WHOLE: usize = 3;
 
 /// What a search among pairs has found.
 pub(crate) struct Searched {
-    /// The pairs tried, best first.
+    /// The best pairs on whole segments, best first.
     pub pairs: Vec<FittedModel>,
-    /// Those of the catalogue that were not begun, since the budget of the diagnosis was spent or on request.
+    /// Those that were not, the one that explains most first.
     pub untried: Vec<Vec<Choice>>,
 }
 
-/// Pairs of effects of which none alone explains the data, best first: each of `leaders` with every other of the catalogue and
-/// with those of the library that promise most. Ends with the first pair without values of its own along each run that comes
-/// down to the noise.
+/// A set of responses, and how well it explains what the model leaves.
+type Ranked = (Vec<usize>, Explained);
+
+/// A hypothesis and a point to fit it from.
+type Start = (Vec<Choice>, Point);
+
+/// The shortest windows, and effects that may be added there.
+struct Search<'a, 'b> {
+    windows: Windows<'a>,
+    list: &'b [Choice],
+    watch: &'b dyn Watch,
+}
+
+/// Pairs of the effects of a list, the best fitted to its end on whole segments, best first. `held` is the reference model held to
+/// what is believed of it: calibrated, it has been bent in the place of what is missing.
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub(crate) fn with_leaders(
+pub(crate) fn search(
     screen: &Screen,
+    held: &FittedModel,
     list: &[Choice],
-    leaders: &[&FittedModel],
     watch: &dyn Watch,
 ) -> Result<Searched, Error> {
-    let mut pairs: Vec<FittedModel> = Vec::new();
-    let mut untried: Vec<Vec<Choice>> = Vec::new();
-    let mut led: Vec<Choice> = Vec::new();
-    for leader in leaders {
-        let first = &leader.choices[0];
-        let mut left = with(screen, first, list, &led);
-        let mut goes_on = !screen.is_over(watch);
-        led.push(first.clone());
-        if goes_on {
-            left = most_promising_first(screen, left, leader, watch)?;
+    let search = Search {
+        windows: Windows::quarters(screen),
+        list,
+        watch,
+    };
+    watch.step("comparing all pairs to first order", 0, 1);
+    let (starts, ranked) = search.starts(held)?;
+    let done = AtomicUsize::new(0);
+    let fitted = parallel(&starts, |start| {
+        if watch.stop() {
+            return Ok(None);
         }
-        while goes_on && !left.is_empty() {
-            let batch: Vec<Vec<Choice>> = left.drain(..BATCH.min(left.len())).collect();
-            let mut new = screen.compete(&batch, leader, THOROUGH, watch)?;
-            screen.lend_lines(&mut new, list)?;
-            let is_best = |new: &FittedModel| pairs.first().is_none_or(|best| new.is_before(best));
-            if new.first().is_some_and(is_best) {
-                screen.polish(&mut new, watch)?;
-                screen.finish(&mut new, watch)?;
-            }
-            screen.keep_better(&mut pairs, new);
-            goes_on = !screen.is_over(watch);
-            if goes_on && explains(screen, pairs.first_mut())? {
-                screen.sort(&mut pairs);
-                let untried = Vec::new();
-                return Ok(Searched { pairs, untried });
-            }
+        let fitted = search.fitted(start, refitting(FIRST))?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        watch.step(&name(screen.problem, &start.0), done, starts.len());
+        Ok(Some(fitted))
+    })?;
+    let mut best: Vec<FittedModel> = Vec::new();
+    screen.keep_better(&mut best, fitted.into_iter().flatten().collect());
+    // The same two effects, in either order.
+    let mut best = distinct(best, FittedModel::effects);
+    let fitted: Vec<Vec<usize>> = best.iter().map(FittedModel::effects).collect();
+    let is_untried = |pair: &Vec<Choice>| !fitted.contains(&effects_of(pair));
+    let untried = ranked.into_iter().filter(is_untried).collect();
+    best.truncate(LONGER);
+    let longer = Windows::halves(screen);
+    let best = parallel(&best, |model| {
+        if watch.stop() {
+            return Ok(None);
         }
-        let of_library = |pair: &Vec<Choice>| adds_library_effect(screen.problem, pair);
-        untried.extend(left.into_iter().filter(|pair| !of_library(pair)));
-    }
+        let point = model.fitted.fit.point.clone();
+        let shortest = &search.windows.screen;
+        let there = shortest
+            .continued(&model.choices, point, to_its_end())?
+            .fitted;
+        let on_segments = search.windows.joined(&there.fit.point);
+        let start = longer.divided(&there.hypothesis, &on_segments);
+        let fitted = longer.screen.fitted(&model.choices, start, to_its_end())?;
+        Ok(Some(fitted))
+    })?;
+    let mut best: Vec<FittedModel> = best.into_iter().flatten().collect();
+    screen.sort(&mut best);
+    best.truncate(WHOLE);
+    let mut pairs = parallel(&best, |model| {
+        let start = longer.joined(&model.fitted.fit.point);
+        screen.fitted(&model.choices, start, refitting(POLISH))
+    })?;
+    screen.sort(&mut pairs);
+    screen.finish(&mut pairs, watch)?;
     screen.sort(&mut pairs);
     Ok(Searched { pairs, untried })
+}
+
+/// The options of a fit that is continued towards longer windows, as the reference model is calibrated: what a short window hardly tells
+/// has to stand in its valley before it is predicted further.
+fn to_its_end() -> FitOptions {
+    FitOptions {
+        patience: CALIBRATION_PATIENCE,
+        ..FitOptions::search(CALIBRATION)
+    }
+}
+
+impl Search<'_, '_> {
+    /// A fit on the shortest windows by their likelihood, none of them left out: the regression has pointed near most of them.
+    fn fitted(&self, start: &Start, options: FitOptions) -> Result<FittedModel, Error> {
+        let options = FitOptions {
+            robust: false,
+            ..options
+        };
+        let (choices, start) = start;
+        self.windows
+            .screen
+            .continued(choices, start.clone(), options)
+    }
+
+    /// Where to fit pairs from: those that explain most, beside the reference model and beside the single effects that do; and all
+    /// pairs, the one that explains most first.
+    fn starts(&self, held: &FittedModel) -> Result<(Vec<Start>, Vec<Vec<Choice>>), Error> {
+        let start = self
+            .windows
+            .divided(&held.fitted.hypothesis, &held.fitted.fit.point);
+        let options = FitOptions {
+            belief: STRONG_PRIOR,
+            ..refitting(POLISH)
+        };
+        let held = self.windows.screen.continued(&[], start, options)?;
+        let responses = self.responses(&held, self.list)?;
+        let alone = self.alone(&responses)?;
+        let ranked = self.pairs(&responses, &alone)?;
+        let at = |(set, explained): &Ranked| responses.start(set, explained);
+        let best = ranked.iter().take(FOLLOWED);
+        let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
+        let may_lead = |(set, _): &&Ranked| !responses.all[set[0]].has_many_values();
+        let best_of_each = possible(alone, &responses);
+        let leaders = best_of_each.iter().filter(may_lead).take(LEADERS).map(at);
+        let leaders = leaders.collect::<Result<Vec<Start>, Error>>()?;
+        let leaders = parallel(&leaders, |start| match self.watch.stop() {
+            true => Ok(None),
+            false => Ok(Some(self.fitted(start, to_its_end())?)),
+        })?;
+        for leader in leaders.iter().flatten() {
+            let first = leader.choices[0].effect;
+            let others = self.list.iter().filter(|c| c.effect != first);
+            let others: Vec<Choice> = others.cloned().collect();
+            let beside = self.responses(leader, &others)?;
+            let found = possible(self.alone(&beside)?, &beside);
+            for (set, explained) in found.iter().take(FOLLOWED_BESIDE) {
+                starts.push(beside.start(set, explained)?);
+            }
+        }
+        let choice = |&i: &usize| responses.all[i].choice.clone();
+        let pairs = ranked
+            .iter()
+            .map(|(set, _)| set.iter().map(choice).collect());
+        let pairs = pairs.collect();
+        Ok((starts, pairs))
+    }
+
+    fn responses<'s>(
+        &'s self,
+        base: &'s FittedModel,
+        list: &[Choice],
+    ) -> Result<Responses<'s>, Error> {
+        let screen = &self.windows.screen;
+        let is_first = |k: usize| self.windows.begins_segment(k);
+        Responses::new(
+            screen.problem,
+            &screen.segments,
+            &base.fitted,
+            list,
+            is_first,
+        )
+    }
+
+    /// Sets of responses that the data determine, the one that explains most first.
+    fn ranked(&self, responses: &Responses, sets: &[Vec<usize>]) -> Result<Vec<Ranked>, Error> {
+        let found = parallel(sets, |set| match self.watch.stop() {
+            true => Ok(None),
+            false => Ok(responses.explained_by(set).map(|e| (set.clone(), e))),
+        })?;
+        let mut found: Vec<Ranked> = found.into_iter().flatten().collect();
+        found.sort_by(|(_, a), (_, b)| a.score.total_cmp(&b.score));
+        Ok(found)
+    }
+
+    /// Each response alone, also where it is pulled to where it can't be: beside another effect it may not.
+    fn alone(&self, responses: &Responses) -> Result<Vec<Ranked>, Error> {
+        let sets: Vec<Vec<usize>> = (0..responses.all.len()).map(|i| vec![i]).collect();
+        self.ranked(responses, &sets)
+    }
+
+    /// All pairs of effects, each in the shapes that explain most.
+    fn pairs(&self, responses: &Responses, alone: &[Ranked]) -> Result<Vec<Ranked>, Error> {
+        let effect = |i: usize| responses.all[i].choice.effect;
+        let mut shapes: Vec<usize> = Vec::new();
+        for (set, _) in alone {
+            let known = shapes.iter().filter(|&&i| effect(i) == effect(set[0]));
+            if known.count() < SHAPES {
+                shapes.push(set[0]);
+            }
+        }
+        let sets = shapes.iter().enumerate().flat_map(|(n, &i)| {
+            let others = shapes[n + 1..].iter();
+            let others = others.filter(move |&&j| effect(i) != effect(j));
+            others.map(move |&j| vec![i, j])
+        });
+        let ranked = self.ranked(responses, &sets.collect::<Vec<_>>())?;
+        Ok(possible(ranked, responses))
+    }
+}
+
+/// The best set of those with the same effects that are pulled to nowhere where they can't be.
+fn possible(mut ranked: Vec<Ranked>, responses: &Responses) -> Vec<Ranked> {
+    ranked.retain(|(_, explained)| explained.is_possible);
+    distinct(ranked, |(set, _)| {
+        let mut effects: Vec<usize> = set
+            .iter()
+            .map(|&i| responses.all[i].choice.effect)
+            .collect();
+        effects.sort_unstable();
+        effects
+    })
+}
+
+fn effects_of(choices: &[Choice]) -> Vec<usize> {
+    let mut effects: Vec<usize> = choices.iter().map(|c| c.effect).collect();
+    effects.sort_unstable();
+    effects
+}
+
+/// The first of those that have the same effects.
+fn distinct<T>(mut all: Vec<T>, effects: impl Fn(&T) -> Vec<usize>) -> Vec<T> {
+    let mut seen: Vec<Vec<usize>> = Vec::new();
+    all.retain(|one| {
+        let effects = effects(one);
+        let is_new = !seen.contains(&effects);
+        seen.push(effects);
+        is_new
+    });
+    all
 }
 
 /// Whether a pair without values of its own along each run explains the data; those imitate much.
@@ -76,31 +280,4 @@ pub(crate) fn explains(screen: &Screen, best: Option<&mut FittedModel>) -> Resul
         Some(best) if !best.is_local() => full_refit::stands(screen.problem, best),
         _ => Ok(false),
     }
-}
-
-/// Pairs with a leader in the order of what a score test promises of the second effect, so that the search may end early. Far
-/// from the noise that test orders and never drops an effect of the catalogue; what it can't test comes after what gains
-/// anything. Of the library, those remain that are in the first batch, and they come last: two known effects come first.
-fn most_promising_first(
-    screen: &Screen,
-    jobs: Vec<Vec<Choice>>,
-    leader: &FittedModel,
-    watch: &dyn Watch,
-) -> Result<Vec<Vec<Choice>>, Error> {
-    let ranked = screen.by_promise(jobs, leader, watch)?;
-    let mut ranked: Vec<Vec<Choice>> = ranked.into_iter().map(|(choices, _)| choices).collect();
-    let of_library = |choices: &Vec<Choice>| adds_library_effect(screen.problem, choices);
-    let later = ranked.split_off(BATCH.min(ranked.len()));
-    ranked.extend(later.into_iter().filter(|choices| !of_library(choices)));
-    ranked.sort_by_key(of_library);
-    Ok(ranked)
-}
-
-/// The pairs of an effect with every other of the catalogue that has not led yet, and of the library.
-fn with(screen: &Screen, first: &Choice, list: &[Choice], led: &[Choice]) -> Vec<Vec<Choice>> {
-    list.iter()
-        .chain(&library(screen.problem))
-        .filter(|c| c.effect != first.effect && !led.contains(c))
-        .map(|c| vec![first.clone(), c.clone()])
-        .collect()
 }

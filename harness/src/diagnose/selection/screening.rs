@@ -444,7 +444,10 @@ impl<'a> Screen<'a> {
     }
 
     /// A hypothesis fitted from a point of its own: its start states first, then all.
-    fn fitted(
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn fitted(
         &self,
         choices: &[Choice],
         start: Point,

@@ -1,8 +1,8 @@
 //! The search over the lattice of hypotheses: none, one or two effects or terms, the best fit of each kept.
 //!
 //! Single hypotheses race: the best are fitted, harder while none is adequate (down to the noise). Beside an adequate one a score
-//! test tells which second effects can change the verdict. Where none is adequate, pairs are searched for on beginnings of the
-//! segments; the other single hypotheses, and pairs on whole segments, follow where that brings no answer.
+//! test tells which second effects can change the verdict. Where none is adequate, pairs are searched for on short windows, and on
+//! beginnings of the segments; the other single hypotheses follow where that brings no answer.
 
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::is_testable;
@@ -13,9 +13,7 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::{File, is_library_effect};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::variants::{
-    adds_library_effect, all_variants, library, unknown, variants,
-};
+use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{
     log_posterior, log_posterior_on_all, log_prior, share_starts,
 };
@@ -31,8 +29,6 @@ use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
 
-/// Single hypotheses with which pairs are formed when none alone is adequate.
-const LEADERS: usize = 2;
 /// Hypotheses close to the best that are fitted to their end.
 const FINISHED: usize = 6;
 /// Hypotheses that are searched for again from their own optima.
@@ -65,7 +61,7 @@ pub(crate) struct Exploration<'a> {
     library: Option<Vec<Promised>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
-    /// Pairs that were not begun ([`pairs::Searched`]).
+    /// Pairs that were compared to first order alone ([`pairs::Searched`]).
     pub untried: Vec<Vec<Choice>>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
     pub tested: Vec<Tested>,
@@ -126,19 +122,18 @@ pub(crate) fn explore<'a>(
     if !found.is_adequate() && !problem.place_is_told() {
         // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
         watch.stage(stages::PAIRS);
-        found.pair_on_beginnings()?;
+        found.pair()?;
         found.compare_adequate()?;
-    }
-    if !found.is_adequate() && !found.pair_explains()? {
-        if !problem.is_budget_spent() {
-            watch.stage(stages::PASSED_OVER);
-            found.follow_the_rest()?;
+        if !found.is_adequate() && !found.pair_explains()? {
+            watch.stage(stages::PAIRS_FURTHER);
+            found.pair_on_beginnings()?;
             found.compare_adequate()?;
         }
-        if !found.is_adequate() && !problem.place_is_told() {
-            watch.stage(stages::PAIRS_FURTHER);
-            found.pair()?;
-        }
+    }
+    if !problem.is_budget_spent() && !found.is_adequate() && !found.pair_explains()? {
+        watch.stage(stages::PASSED_OVER);
+        found.follow_the_rest()?;
+        found.compare_adequate()?;
     }
     found.spread_nodes()?;
     found.refit_halves()?;
@@ -591,7 +586,16 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs of which neither is adequate alone, on beginnings of the segments.
+    /// Pairs of which neither is adequate alone.
+    fn pair(&mut self) -> Result<(), Error> {
+        let held = self.held_alone()?;
+        let found = pairs::search(self.screen, &held, &self.list, self.watch)?;
+        self.screen.keep_better(&mut self.pairs, found.pairs);
+        self.untried = found.untried;
+        Ok(())
+    }
+
+    /// The same on beginnings of the segments that lengthen, from the single effects that look best there.
     fn pair_on_beginnings(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let found = lengthening::search(screen, &self.list, &self.race, watch)?;
@@ -599,21 +603,11 @@ impl Exploration<'_> {
             found.into_iter().partition(|m| m.choices.len() == 1);
         screen.keep_better(&mut self.singles, singles);
         screen.keep_better(&mut self.pairs, pairs);
-        Ok(())
-    }
-
-    /// The same on whole segments, formed with the best single effects of the catalogue. What imitates much leads last, and only
-    /// where it is the best of all: values of its own along each run, and effects of the library.
-    fn pair(&mut self) -> Result<(), Error> {
-        let imitates = |single: &&FittedModel| {
-            single.is_local() || adds_library_effect(self.problem, &single.choices)
+        let has = |model: &FittedModel, pair: &[Choice]| {
+            pair.iter().all(|c| model.effects().contains(&c.effect))
         };
-        let known = self.singles.iter().filter(|single| !imitates(single));
-        let best = self.singles.first().filter(imitates);
-        let leaders: Vec<&FittedModel> = known.take(LEADERS).chain(best).collect();
-        let found = pairs::with_leaders(self.screen, &self.list, &leaders, self.watch)?;
-        self.screen.keep_better(&mut self.pairs, found.pairs);
-        self.untried = found.untried;
+        let is_tried = |pair: &Vec<Choice>| self.pairs.iter().any(|model| has(model, pair));
+        self.untried.retain(|pair| !is_tried(pair));
         Ok(())
     }
 

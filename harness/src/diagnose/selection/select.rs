@@ -59,7 +59,7 @@ pub struct Selection {
     pub singles: Vec<FittedModel>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
-    /// Names of the pairs that were not begun before the budget of the search was spent; empty where something explains the data.
+    /// Names of the pairs that were compared to first order and not fitted; empty where something explains the data.
     pub untried: Vec<String>,
     /// Effects beside an adequate hypothesis that were tested and not fitted.
     pub tested: Vec<Tested>,

@@ -19,14 +19,29 @@ use crate::watch::Watch;
 const PARTS: [usize; 2] = [4, 2];
 
 /// The windows of the segments on which hypotheses are compared.
-struct Windows<'a> {
+pub(crate) struct Windows<'a> {
     /// The windows, as segments.
-    screen: Screen<'a>,
+    pub screen: Screen<'a>,
     /// Which of them begins each of the segments.
     first: Vec<usize>,
 }
 
 impl<'a> Windows<'a> {
+    /// The shortest ones.
+    pub fn quarters(screen: &Screen<'a>) -> Self {
+        Self::new(screen, PARTS[0])
+    }
+
+    /// Those twice as long.
+    pub fn halves(screen: &Screen<'a>) -> Self {
+        Self::new(screen, PARTS[1])
+    }
+
+    /// Whether window `k` is the first of its segment.
+    pub fn begins_segment(&self, k: usize) -> bool {
+        self.first.binary_search(&k).is_ok()
+    }
+
     /// Windows of at most a `parts`-th of each segment of `screen`, and of as many samples as a start state asks for.
     fn new(screen: &Screen<'a>, parts: usize) -> Self {
         let problem = screen.problem;
@@ -48,7 +63,7 @@ impl<'a> Windows<'a> {
     }
 
     /// A point of the segments on the windows: those within a segment start where the smoother has them.
-    fn divided(&self, h: &Hypothesis, on_segments: &Point) -> Point {
+    pub fn divided(&self, h: &Hypothesis, on_segments: &Point) -> Point {
         let mut point = Point::centre(h, &self.screen.segments);
         point.shared.clone_from(&on_segments.shared);
         point.per_run.clone_from(&on_segments.per_run);
@@ -59,7 +74,7 @@ impl<'a> Windows<'a> {
     }
 
     /// A point of the windows on the segments.
-    fn joined(&self, point: &Point) -> Point {
+    pub fn joined(&self, point: &Point) -> Point {
         let states = self.first.iter().map(|&k| point.states[k].clone());
         Point {
             shared: point.shared.clone(),
