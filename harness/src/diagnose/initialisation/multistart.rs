@@ -23,10 +23,18 @@ use serde::{Deserialize, Serialize};
 const FAR: f64 = 3.0;
 
 /// Jacobians for the reference model by itself: everything else starts from it, ...
-pub(crate) const CALIBRATION: usize = 40;
+const CALIBRATION: usize = 40;
 /// ... and iterations in a row without a gain after which it ends, so that differences were taken to both sides: where some met a
 /// transition, calibrations of fresh campaigns stood at up to three times the objective that they reach so.
-pub(crate) const CALIBRATION_PATIENCE: usize = 3;
+const CALIBRATION_PATIENCE: usize = 3;
+
+/// The options of a calibration: what others start from has to stand in its valley.
+pub(crate) fn calibrating() -> FitOptions {
+    FitOptions {
+        patience: CALIBRATION_PATIENCE,
+        ..FitOptions::search(CALIBRATION)
+    }
+}
 
 /// The fit of a smaller hypothesis as a point of a larger one, with the effects that it lacks as nearly off
 /// as their parameters allow.
@@ -389,10 +397,7 @@ pub fn baseline(
     // scatter of the runs fitted.
     let climb = match problem.place_is_told() {
         true => FitOptions::search(CLIMB),
-        false => FitOptions {
-            patience: CALIBRATION_PATIENCE,
-            ..FitOptions::search(CALIBRATION)
-        },
+        false => calibrating(),
     };
     let climb = FitOptions { belief, ..climb };
     let question = ("baseline", segments, data.noise, &start, first_fit, climb);

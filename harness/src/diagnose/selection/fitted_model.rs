@@ -102,9 +102,7 @@ impl FittedModel {
 
     /// Indices of its effects, sorted.
     pub fn effects(&self) -> Vec<usize> {
-        let mut list: Vec<usize> = self.choices.iter().map(|c| c.effect).collect();
-        list.sort_unstable();
-        list
+        effects_of(&self.choices)
     }
 
     /// Number of parameters, those of the runs included.
@@ -203,6 +201,13 @@ impl FittedModel {
             && is_floor(&self.fit, self.spectral_ratio)
             && prior_conflict(&self.fitted).is_none()
     }
+}
+
+/// Indices of the effects of a hypothesis, sorted.
+pub(crate) fn effects_of<'c>(choices: impl IntoIterator<Item = &'c Choice>) -> Vec<usize> {
+    let mut effects: Vec<usize> = choices.into_iter().map(|c| c.effect).collect();
+    effects.sort_unstable();
+    effects
 }
 
 /// The name of a hypothesis: its effects.

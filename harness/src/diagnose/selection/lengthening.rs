@@ -9,7 +9,7 @@
 
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
-use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
+use crate::diagnose::initialisation::multistart::calibrating;
 use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, SearchOptions, THOROUGH};
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
@@ -103,11 +103,7 @@ impl Beginnings<'_> {
         start: &Point,
         length: usize,
     ) -> Result<FittedModel, Error> {
-        let options = FitOptions {
-            patience: CALIBRATION_PATIENCE,
-            ..FitOptions::search(CALIBRATION)
-        };
-        self.fitted(choices, start, length, options)
+        self.fitted(choices, start, length, calibrating())
     }
 
     /// Single effects on the shortest beginnings, best first, without those with values of their own along each run.

@@ -6,13 +6,13 @@
 //! each from. Those that explain most are fitted on the windows, the best of these on windows twice as long and on the segments.
 
 use crate::diagnose::estimation::fit_options::FitOptions;
-use crate::diagnose::initialisation::multistart::{CALIBRATION, CALIBRATION_PATIENCE};
+use crate::diagnose::initialisation::multistart::calibrating;
 use crate::diagnose::initialisation::responses::Responses;
 use crate::diagnose::initialisation::search_options::STRONG_PRIOR;
 use crate::diagnose::initialisation::subset_regression::Explained;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, effects_of, name};
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::diagnose::selection::windows::Windows;
@@ -102,11 +102,11 @@ pub(crate) fn search(
         let point = model.fitted.fit.point.clone();
         let shortest = &search.windows.screen;
         let there = shortest
-            .continued(&model.choices, point, to_its_end())?
+            .continued(&model.choices, point, calibrating())?
             .fitted;
         let on_segments = search.windows.joined(&there.fit.point);
         let start = longer.divided(&there.hypothesis, &on_segments);
-        let fitted = longer.screen.fitted(&model.choices, start, to_its_end())?;
+        let fitted = longer.screen.fitted(&model.choices, start, calibrating())?;
         Ok(Some(fitted))
     })?;
     let mut best: Vec<FittedModel> = best.into_iter().flatten().collect();
@@ -120,15 +120,6 @@ pub(crate) fn search(
     screen.finish(&mut pairs, watch)?;
     screen.sort(&mut pairs);
     Ok(Searched { pairs, untried })
-}
-
-/// The options of a fit that is continued towards longer windows, as the reference model is calibrated: what a short window hardly tells
-/// has to stand in its valley before it is predicted further.
-fn to_its_end() -> FitOptions {
-    FitOptions {
-        patience: CALIBRATION_PATIENCE,
-        ..FitOptions::search(CALIBRATION)
-    }
 }
 
 impl Search<'_, '_> {
@@ -167,7 +158,7 @@ impl Search<'_, '_> {
         let leaders = leaders.collect::<Result<Vec<Start>, Error>>()?;
         let leaders = parallel(&leaders, |start| match self.watch.stop() {
             true => Ok(None),
-            false => Ok(Some(self.fitted(start, to_its_end())?)),
+            false => Ok(Some(self.fitted(start, calibrating())?)),
         })?;
         for leader in leaders.iter().flatten() {
             let first = leader.choices[0].effect;
@@ -244,19 +235,8 @@ impl Search<'_, '_> {
 fn possible(mut ranked: Vec<Ranked>, responses: &Responses) -> Vec<Ranked> {
     ranked.retain(|(_, explained)| explained.is_possible);
     distinct(ranked, |(set, _)| {
-        let mut effects: Vec<usize> = set
-            .iter()
-            .map(|&i| responses.all[i].choice.effect)
-            .collect();
-        effects.sort_unstable();
-        effects
+        effects_of(set.iter().map(|&i| &responses.all[i].choice))
     })
-}
-
-fn effects_of(choices: &[Choice]) -> Vec<usize> {
-    let mut effects: Vec<usize> = choices.iter().map(|c| c.effect).collect();
-    effects.sort_unstable();
-    effects
 }
 
 /// The first of those that have the same effects.
