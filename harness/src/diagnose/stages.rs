@@ -5,21 +5,17 @@ use crate::watch::Stage;
 /// Smoothing and cutting the runs, and the reference model fitted.
 pub const REFERENCE: Stage = stage("reference model", 0.1);
 /// Every effect of the catalogue alone.
-pub const SINGLES: Stage = stage("single effects", 0.35);
-/// The best of them from other starts and to their end, while none explains the data.
-pub const FURTHER: Stage = stage("single effects, further", 0.5);
-/// Every effect of the library alone.
+pub const SINGLES: Stage = stage("single effects", 0.5);
+/// Effects of the library that may explain the data as well as the best of the catalogue.
 pub const LIBRARY: Stage = stage("library effects", 0.6);
+/// Effects of the library, and two effects together, on short windows.
+pub const SETS: Stage = stage("library and pairs of effects", 0.7);
+/// Two effects together, on beginnings of the segments.
+pub const PAIRS_FURTHER: Stage = stage("pairs of effects, further", 0.72);
 /// What comes close to the best, fitted until it compares.
 pub const CLOSE: Stage = stage("effects close to the best", 0.75);
 /// Every effect beside what explains the data.
 pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
-/// Two effects together, on short windows.
-pub const PAIRS: Stage = stage("pairs of effects", 0.8);
-/// Two effects together, on beginnings of the segments.
-pub const PAIRS_FURTHER: Stage = stage("pairs of effects, further", 0.85);
-/// The single effects that were passed over, where no pair explains the data.
-pub const PASSED_OVER: Stage = stage("the other single effects", 0.9);
 /// Curves of one quantity where the catalogue has no answer.
 pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
 /// What explains most where nothing explains all.

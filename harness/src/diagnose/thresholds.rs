@@ -31,10 +31,6 @@ pub const TIE: f64 = 3.0;
 /// right, the others a search that had missed a pair (docs/blind-test.md).
 pub const SEARCHED: f64 = 0.89;
 
-/// Motions and derivatives of a segment, parts of it counted as such, after which the search begins nothing more of the catalogue and the library: those of campaigns
-/// with two effects took up to 1.5 million, a minute and a half on two processors.
-pub const MOST_WORK: f64 = 1.6e6;
-
 /// Scale of a start state in the evidence, in units of the sensor's noise; the same for every model, so that it cancels but
 /// for what a model has more.
 pub const STATE_SPREAD: f64 = 10.0;

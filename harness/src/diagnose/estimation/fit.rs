@@ -19,6 +19,8 @@ pub struct Fit {
     /// segments and samples, with the likelihood of [`likelihood`]: no segment is left out of it. Negative infinity before a fit
     /// was linearised.
     pub log_evidence: f64,
+    /// What the start state of each segment costs in it, nats; empty before a fit was linearised.
+    pub state_prices: Vec<f64>,
     /// Fall of the objective that its derivatives promised where they were taken last, nats (half the square of the Newton decrement;
     /// Boyd and Vandenberghe, Convex Optimization, 2004, sect. 9.5.1); infinite where nothing was differentiated.
     pub expected_fall: f64,
@@ -39,6 +41,7 @@ impl Fit {
             trimmed: f64::NAN,
             misfit: f64::NAN,
             log_evidence: f64::NEG_INFINITY,
+            state_prices: Vec::new(),
             expected_fall: f64::INFINITY,
             mean_square,
             by_sensor: Vec::new(),
@@ -61,7 +64,9 @@ impl Fit {
             .collect();
         point.stuck = places.iter().map(|&i| self.point.stuck[i]).collect();
         let sensors = |&i: &usize| self.by_sensor.get(i).cloned();
+        let price = |&i: &usize| self.state_prices.get(i).copied();
         Fit {
+            state_prices: places.iter().filter_map(price).collect(),
             mean_square: places.iter().map(|&i| self.mean_square[i]).collect(),
             by_sensor: places.iter().filter_map(sensors).collect(),
             point,
@@ -111,6 +116,7 @@ mod tests {
                 trimmed: 1.0,
                 misfit: 2.0,
                 log_evidence: -3.0,
+                state_prices: Vec::new(),
                 expected_fall: 0.25,
                 mean_square: vec![4.0],
                 by_sensor,
@@ -137,6 +143,7 @@ mod tests {
             trimmed: 1.0,
             misfit: 2.0,
             log_evidence: -3.0,
+            state_prices: Vec::new(),
             expected_fall: 0.25,
             mean_square: vec![4.0, 5.0, 6.0],
             by_sensor: vec![vec![4.5], vec![5.5], vec![6.5]],

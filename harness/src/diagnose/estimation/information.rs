@@ -81,7 +81,8 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
         Some(inverse.view((0, 0), (shared, shared)).into_owned())
     }
 
-    /// Logarithm of the share of the prior's volume that the posterior takes up, nats: the price of all that is free.
+    /// Logarithm of the share of the prior's volume that the posterior takes up, nats: the price of all that is free, with that of the
+    /// start states ([`Self::state_prices`]).
     ///
     /// ```text
     /// -1/2 ln det(S H S) - 1/2 sum_segments ln det(I + T H_xx T)
@@ -93,7 +94,7 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
     /// velocities, and the prior's for the states of effects. Holds where the posterior is about normal (Laplace);
     /// MacKay, Information Theory, Inference, and Learning Algorithms (2003), eq. 28.10. `None` where the matrix is not
     /// positive definite.
-    pub fn occam(&self) -> Option<f64> {
+    pub fn occam(&self, state_prices: &[f64]) -> Option<f64> {
         let f = self.fitter;
         let h = f.hypothesis;
         let mut matrix = self.matrix.clone();
@@ -114,12 +115,18 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             let ((a, s), (b, t)) = (free[i], free[j]);
             matrix[(a, b)] * s * t
         });
-        let mut price = log_determinant(&scaled)?;
-        for (k, l) in self.linear.iter().enumerate() {
-            let Some(l) = l else { continue };
-            price += self.price_of_state(k, l)?;
-        }
-        Some(-0.5 * price)
+        let of_states: f64 = state_prices.iter().sum();
+        Some(-0.5 * log_determinant(&scaled)? - of_states)
+    }
+
+    /// The second part of it, `1/2 ln det(I + T H_xx T)` of each segment; `None` where the matrix of one is not positive definite.
+    pub fn state_prices(&self) -> Option<Vec<f64>> {
+        let all = self.linear.iter().enumerate();
+        let price = |(k, linear): (usize, &Option<Linear>)| match linear {
+            Some(linear) => Some(0.5 * self.price_of_state(k, linear)?),
+            None => Some(0.0),
+        };
+        all.map(price).collect()
     }
 
     /// `ln det(I + T H_xx T)` of a segment.

@@ -148,12 +148,15 @@ impl Fitter<'_, '_> {
             return self.fit_at(here);
         };
         let covariance = information.covariance();
-        let occam = information.occam().unwrap_or(f64::NEG_INFINITY);
+        let state_prices = information.state_prices();
+        let occam = state_prices.as_ref().and_then(|p| information.occam(p));
+        let occam = occam.unwrap_or(f64::NEG_INFINITY);
         let expected_fall = information.expected_fall();
         let fit = self.fit_at(here);
         Fit {
             covariance,
             log_evidence: occam - fit.misfit,
+            state_prices: state_prices.unwrap_or_default(),
             expected_fall,
             ..fit
         }

@@ -302,12 +302,18 @@ impl Beside<'_> {
                 continue;
             };
             let residual = fitter.residual(k, point)?;
-            let linear = fitter.linearise(k, point, residual, Turned::State);
-            let pairs = known.residual.iter().zip(&linear.residual);
+            let pairs = known.residual.iter().zip(&residual);
             let column = DVector::from_iterator(known.residual.len(), pairs.map(|(a, b)| a - b));
+            let states = match self.added_states(k, point)[..] {
+                [] => DMatrix::zeros(residual.len(), 0),
+                _ => {
+                    let linear = fitter.linearise(k, point, residual, Turned::State);
+                    self.states(k, point, Some(&linear))
+                }
+            };
             changes.push(Change {
                 columns: DMatrix::from_columns(&[column]),
-                states: self.states(k, point, Some(&linear)),
+                states,
             });
         }
         let (std, unit) = match strength {
@@ -324,15 +330,11 @@ impl Beside<'_> {
         Some(found)
     }
 
-    /// Derivatives by what the effect adds to the start state of window `k`, in units of what is believed of it over the noise: its own
-    /// states, and the velocity that is no longer given where stick is not rigid.
-    fn states(&self, k: usize, point: &Point, linear: Option<&Linear>) -> DMatrix<f64> {
-        let Some(linear) = linear else {
-            return DMatrix::zeros(0, 0);
-        };
+    /// What the effect adds to the start state of window `k`, its own states and the velocity that is no longer given where stick is not
+    /// rigid: places among its directions, and which of the state they are.
+    fn added_states(&self, k: usize, point: &Point) -> Vec<(usize, usize)> {
         let known = &self.at.base.hypothesis;
         let of_known = directions(known, self.at.base.fit.point.stuck[k]);
-        let list = directions(self.h, point.stuck[k]);
         let modal = self.h.state_scales.len();
         let is_known = |i: usize| match i.checked_sub(modal) {
             None => of_known.contains(&i),
@@ -341,15 +343,26 @@ impl Beside<'_> {
                 known.extra_states.iter().any(|s| s.0 == reference)
             }
         };
+        let list = directions(self.h, point.stuck[k]).into_iter().enumerate();
+        list.filter(|&(_, i)| !is_known(i)).collect()
+    }
+
+    /// Derivatives by these, in units of what is believed of them over the noise.
+    fn states(&self, k: usize, point: &Point, linear: Option<&Linear>) -> DMatrix<f64> {
+        let Some(linear) = linear else {
+            return DMatrix::zeros(0, 0);
+        };
+        let modal = self.h.state_scales.len();
         let data = self.problem.data(self.at.segments);
         let noise = data.noise[self.at.segments[k].run];
         let scale = |i: usize| match self.h.state_scales.get(i) {
             Some(scale) => STATE_SPREAD * scale,
             None => STATE_SPREAD * self.h.extra_states[i - modal].1 / noise,
         };
-        let added = (0..list.len()).filter(|&c| !is_known(list[c]));
-        let columns = added.map(|c| linear.states.column(c) * scale(list[c]));
-        let columns: Vec<DVector<f64>> = columns.collect();
+        let added = self.added_states(k, point).into_iter();
+        let columns: Vec<DVector<f64>> = added
+            .map(|(c, i)| linear.states.column(c) * scale(i))
+            .collect();
         match columns.is_empty() {
             true => DMatrix::zeros(linear.residual.len(), 0),
             false => DMatrix::from_columns(&columns),

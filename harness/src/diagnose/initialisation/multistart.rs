@@ -9,7 +9,7 @@ use crate::diagnose::initialisation::first_fits::{FirstFits, keep_better};
 use crate::diagnose::initialisation::search_options::{
     BRIEF, CLIMB, FIRST_FIT, FIRST_FIT_SHARE, STRONG_PRIOR, SearchOptions,
 };
-use crate::diagnose::initialisation::starts::{start_at_line, starts};
+use crate::diagnose::initialisation::starts::starts;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
@@ -343,36 +343,6 @@ fn best_of_looks(
         keep_better(&mut best, fit);
     }
     Ok(best.expect("there is at least one start"))
-}
-
-/// Fits a hypothesis whose last effect is periodic from the fit of another that holds all the others, at the frequency or
-/// wavelength `value` there; `None` where the model shows no response to it.
-///
-/// # Errors
-/// An FMU that can't be instantiated.
-pub fn at_line(
-    problem: &Problem,
-    choices: &[Choice],
-    segments: &[Segment],
-    lender: &FittedHypothesis,
-    value: f64,
-) -> Result<Option<FittedHypothesis>, Error> {
-    let hypothesis = problem.hypothesis(choices)?;
-    let effect = &problem.catalogue[hypothesis.new_effect()];
-    let data = problem.data(segments);
-    let mut predictor = problem.predictor(&hypothesis)?;
-    let start = start_at_line(&hypothesis, effect, &data, &mut predictor, lender, value);
-    let Some(start) = start else {
-        return Ok(None);
-    };
-    let fit = Fitter::new(
-        &mut predictor,
-        &hypothesis,
-        &data,
-        FitOptions::search(CLIMB),
-    )
-    .run(start);
-    Ok(Some(FittedHypothesis { hypothesis, fit }))
 }
 
 /// The fit of the reference model itself, held to what is believed of it in the first look and, by `belief`, after.

@@ -67,7 +67,7 @@ pub const THOROUGH: SearchOptions = SearchOptions {
     fixed_first_fits: false,
     belief: 1.0,
 };
-/// For hypotheses that a rival at the noise floor has all but ruled out, and a first look at the library.
+/// For hypotheses that a rival at the noise floor has all but ruled out, and rivals from the library.
 pub const BRIEF: SearchOptions = SearchOptions {
     first_fit: 2,
     first_fit_share: FIRST_FIT_SHARE,

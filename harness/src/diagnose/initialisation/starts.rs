@@ -297,21 +297,6 @@ pub(crate) fn at(
     Some(point)
 }
 
-/// The point of `lender` with a periodic effect at the strongest line near `value` instead of what `h` does not have.
-pub(crate) fn start_at_line(
-    h: &Hypothesis,
-    effect: &EffectCard,
-    data: &Observations,
-    predictor: &mut Predictor,
-    lender: &FittedHypothesis,
-    value: f64,
-) -> Option<Point> {
-    let origin = widen(lender, h, &Point::centre(h, data.segments));
-    let near = Some(value);
-    let lines = response_spectrum::lines(predictor, h, effect, data, &origin, STRIDE, 1, near);
-    at(h, effect, &origin, lines.first()?)
-}
-
 fn periodic_starts(
     problem: &Problem,
     h: &Hypothesis,

@@ -207,7 +207,7 @@ impl Simulator for Predictor<'_> {
         if self.tangents.is_none() || turns.is_empty() {
             return false;
         }
-        self.work.sensitivities(turns.len(), samples.reach());
+        self.work.sensitivities(turns.len());
         self.gather(segment, values);
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
@@ -300,7 +300,7 @@ impl Simulator for Predictor<'_> {
         samples: Samples,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
-        self.work.motion(samples.reach());
+        self.work.motion();
         // Time of the campaign's runs counts from their own first sample.
         let origin = self.runs[segment.run].time[0];
         let mut t = segment.time[0] - origin;

@@ -21,7 +21,6 @@ use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
-use crate::diagnose::thresholds::MOST_WORK;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Run, of_one_sensor};
@@ -47,9 +46,6 @@ pub(crate) const SAMPLES_OF_A_STATE: usize = 10;
 
 /// Samples of a segment where no mode has a spring, by whose period it could be measured: as many as [`HORIZON`] has at 10 kHz.
 const FREE_SAMPLES: f64 = 200.0;
-
-/// Samples of the longest segments of the campaigns from which [`MOST_WORK`] was taken: twice [`HORIZON`] at 10 kHz.
-const LONG_SEGMENT: f64 = 400.0;
 
 /// Samples in a row that err alike where friction scatters: counted one by one, single slips would pull all that is fitted.
 const ALIKE: f64 = 100.0;
@@ -347,20 +343,6 @@ impl<'a> Problem<'a> {
                 part.loosen(of_further[segment.run][part.sensor]);
             }
         }
-    }
-
-    /// Whether so much was computed that nothing more of the catalogue and the library is begun ([`MOST_WORK`]), longer and driven
-    /// segments weighed by what they cost. Asked between batches alone, so that the answer does not depend on the number of threads.
-    pub fn is_budget_spent(&self) -> bool {
-        let samples = self.segments.iter().map(|s| s.time.len()).sum::<usize>();
-        let of_segment = samples as f64 / self.segments.len() as f64;
-        let runs = &self.campaign.runs;
-        let driven = match runs.iter().any(|r| r.inputs.series().next().is_some()) {
-            true => MOST_SEGMENTS as f64 / MOST_DRIVEN_SEGMENTS as f64,
-            false => 1.0,
-        };
-        let spent = self.work.samples() as f64 / of_segment;
-        spent * driven * (of_segment / LONG_SEGMENT).max(1.0) > MOST_WORK
     }
 
     /// Whether the break-aways tell that friction depends on the place.

@@ -68,11 +68,6 @@ impl Samples {
         }
     }
 
-    /// Samples of the segment that they reach over.
-    pub fn reach(self) -> usize {
-        self.count * self.stride
-    }
-
     /// Every sample of a segment.
     pub fn all(segment: &Segment) -> Self {
         Self::of(segment.time.len(), 1)

@@ -10,7 +10,6 @@ pub struct Work {
     motions: AtomicU64,
     sensitivities: AtomicU64,
     fits: AtomicU64,
-    samples: AtomicU64,
 }
 
 /// Counts at one moment.
@@ -27,27 +26,20 @@ pub struct Counts {
 }
 
 impl Work {
-    /// Counts one motion over so many samples of a segment.
-    pub fn motion(&self, samples: usize) {
+    /// Counts one motion of a segment.
+    pub fn motion(&self) {
         self.motions.fetch_add(1, Ordering::Relaxed);
-        self.samples.fetch_add(samples as u64, Ordering::Relaxed);
     }
 
-    /// Counts so many derivatives over so many samples of a segment.
-    pub fn sensitivities(&self, count: usize, samples: usize) {
-        let (count, samples) = (count as u64, samples as u64);
-        self.sensitivities.fetch_add(count, Ordering::Relaxed);
-        self.samples.fetch_add(count * samples, Ordering::Relaxed);
+    /// Counts so many derivatives of a segment.
+    pub fn sensitivities(&self, count: usize) {
+        self.sensitivities
+            .fetch_add(count as u64, Ordering::Relaxed);
     }
 
     /// Counts one fit.
     pub fn fit(&self) {
         self.fits.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Samples of all motions and derivatives so far: a window costs less than a segment.
-    pub fn samples(&self) -> u64 {
-        self.samples.load(Ordering::Relaxed)
     }
 
     /// What was counted so far.

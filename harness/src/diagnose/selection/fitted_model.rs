@@ -6,7 +6,6 @@ use crate::diagnose::estimation::fit_options::STRIDE;
 use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::parameter::Parameter;
-use crate::diagnose::model::periodic::{Argument, argument, periodic};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::thresholds::{CLAIMED, FLOOR_MEDIAN, FLOOR_QUARTILE, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::prior_conflict::prior_conflict;
@@ -139,17 +138,6 @@ impl FittedModel {
     /// Whether it explains the data without values of its own along each run, which imitate much.
     pub fn is_answer(&self) -> bool {
         !self.is_local() && self.reaches_floor()
-    }
-
-    /// What its last effect repeats with, and the frequency in Hz or wavelength in m found; `None` if it does not repeat.
-    pub fn line(&self, problem: &Problem) -> Option<(Argument, f64)> {
-        let effect = &problem.catalogue[self.choices.last()?.effect];
-        let (_, shape) = periodic(effect)?;
-        let name = format!("{}.{}", effect.id, effect.parameters[shape].name);
-        let h = &self.fitted.hypothesis;
-        let i = h.shared_index(&name)?;
-        let value = h.shared[i].value(self.fitted.fit.point.shared[i]);
-        Some((argument(effect)?, value))
     }
 
     /// What models are ranked by, lower is better: the negative logarithm of the evidence, nats.

@@ -1,4 +1,5 @@
-//! Pairs of effects, searched for on the beginnings of segments while these lengthen.
+//! Pairs of effects, searched for on the beginnings of segments while these lengthen, where windows brought no answer: what shows only at
+//! some transitions (static friction that ages) a fit on windows may leave so uncertain that whole segments are lost.
 //!
 //! Over a whole segment a model that lacks two effects meets transitions at wrong times, and a fit of one of them ends in a wrong
 //! valley: ranked there, what leads is seldom one of the two. Over its beginning the same model errs by its forces alone. The first
@@ -14,7 +15,7 @@ use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, SearchOpt
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
-use crate::diagnose::selection::race::{BATCH, Entrant, FOLLOWED, Race, first_looks};
+use crate::diagnose::selection::race::{BATCH, Entrant, FOLLOWED, first_looks};
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -26,8 +27,8 @@ const SHARES: [f64; 4] = [FIRST_FIT_SHARE, 0.6, 0.8, 1.0];
 const FITTED: usize = 6;
 /// Looks at each of them from which it is fitted.
 const LOOKS: usize = 2;
-/// How many of them lead pairs at most, one after another.
-const LEADERS: usize = 3;
+/// How many of them lead pairs, one after another: one of two effects looks best or second.
+const LEADERS: usize = 2;
 
 /// Beginnings of the segments of a screen.
 struct Beginnings<'a> {
@@ -36,24 +37,22 @@ struct Beginnings<'a> {
 }
 
 /// Pairs of effects, the best of them fitted to its end on whole segments, or a single one that explains the data after all, best
-/// first: until one does that has no values of its own along each run, which imitate much. `list` are all effects, `race` has
-/// looked at each of them alone.
+/// first: until one does that has no values of its own along each run, which imitate much. `list` are all effects, `race` are first looks at each of them alone.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub(crate) fn search(
     screen: &Screen,
     list: &[Choice],
-    race: &Race,
+    race: &[Entrant],
     watch: &dyn Watch,
 ) -> Result<Vec<FittedModel>, Error> {
     let beginnings = Beginnings { screen, watch };
     let mut found: Vec<FittedModel> = Vec::new();
-    let leaders = beginnings.leaders(&race.entrants)?;
+    let leaders = beginnings.leaders(race)?;
     let most = leaders.len();
     for (number, leader) in leaders.into_iter().enumerate() {
-        // However much is spent by then, the first leader has its pairs tried.
-        if watch.stop() || number > 0 && screen.problem.is_budget_spent() {
+        if watch.stop() {
             break;
         }
         watch.step(&name(screen.problem, &leader.choices), number, most);
@@ -129,8 +128,8 @@ impl Beginnings<'_> {
         Ok((model, length))
     }
 
-    /// A leader with each other effect of a list, from where it stands on beginnings of a length and from the reference model as believed: what looks best on whole segments,
-    /// the best of it fitted to its end, best first.
+    /// A leader with each other effect of a list, from where it stands on beginnings of a length and from the reference model as
+    /// believed: what looks best on whole segments, the best of it fitted to its end, best first.
     fn beside(
         &self,
         leader: &FittedModel,

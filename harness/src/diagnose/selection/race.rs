@@ -12,11 +12,12 @@ use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Hypotheses that are followed at a time: two for each of two cores. What was missing looked best of all in every campaign tried.
 pub(crate) const BATCH: usize = 4;
-/// Hypotheses that are followed before others are tried, pairs of them above all.
+/// Hypotheses that are followed at most.
 pub(crate) const FOLLOWED: usize = 2 * BATCH;
 
 /// A hypothesis, and first looks at it.
@@ -29,8 +30,6 @@ pub(crate) struct Race<'a> {
     search: SearchOptions,
     /// All that were looked at, the one that looks best first.
     pub entrants: Vec<Entrant>,
-    /// How many of these were followed.
-    followed: usize,
 }
 
 /// First looks at `jobs`, each `base` with one effect more, the one that looks best first; no more of them once the search is stopped.
@@ -83,7 +82,6 @@ impl<'a> Race<'a> {
             base: base.clone(),
             search,
             entrants: first_looks(screen, jobs, base, search, 2 * jobs.len(), watch)?,
-            followed: 0,
         })
     }
 
@@ -92,40 +90,30 @@ impl<'a> Race<'a> {
     ///
     /// # Errors
     /// An FMU that can't be run.
-    pub fn run(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
+    pub fn run(&self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let mut found = Vec::new();
-        let open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
+        let is_open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
         let most = self.entrants.len().min(FOLLOWED);
         // Those about to arrive at their first look need no rivals that are not.
         let arrived = |(_, looks): &&Entrant| looks.followed.is_some();
-        let arrived = self.entrants.iter().take_while(arrived).count();
-        if arrived > 0 {
-            found.append(&mut self.follow(arrived.min(most), watch)?);
+        let mut followed = self.entrants.iter().take_while(arrived).count().min(most);
+        found.append(&mut self.follow(0..followed, watch)?);
+        while followed < most && is_open(&found) && !watch.stop() {
+            let next = followed..most.min(followed + BATCH);
+            followed = next.end;
+            found.append(&mut self.follow(next, watch)?);
         }
-        while self.followed < most && open(&found) && !watch.stop() {
-            let batch = BATCH.min(most - self.followed);
-            found.append(&mut self.follow(batch, watch)?);
-        }
-        let left = &self.entrants[self.followed..];
+        let left = &self.entrants[followed..];
         found.append(&mut parallel(left, |entrant| self.as_seen(entrant))?);
         self.screen.sort(&mut found);
         Ok(found)
     }
 
-    /// What was not followed yet, followed too.
-    ///
-    /// # Errors
-    /// An FMU that can't be run.
-    pub fn run_on(&mut self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
-        self.follow(self.entrants.len(), watch)
-    }
-
-    /// Follows the next so many of those that look best.
-    fn follow(&mut self, most: usize, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
-        let from = self.followed;
-        let done = AtomicUsize::new(self.entrants.len() + from);
-        self.followed = self.entrants.len().min(from + most);
-        parallel(&self.entrants[from..self.followed], |entrant| {
+    /// Follows those at these places.
+    fn follow(&self, which: Range<usize>, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
+        let steps = 2 * self.entrants.len();
+        let done = AtomicUsize::new(self.entrants.len() + which.start);
+        parallel(&self.entrants[which], |entrant| {
             if watch.stop() {
                 return self.as_seen(entrant);
             }
@@ -139,11 +127,7 @@ impl<'a> Race<'a> {
                 looks,
             )?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            watch.step(
-                &name(screen.problem, choices),
-                done,
-                2 * self.entrants.len(),
-            );
+            watch.step(&name(screen.problem, choices), done, steps);
             screen.model(choices.clone(), fitted)
         })
     }

@@ -150,11 +150,6 @@ impl<'a> Screen<'a> {
         Ok(all)
     }
 
-    /// Whether no more batches of hypotheses are begun: on request, or since the budget of a search is spent.
-    pub(crate) fn is_over(&self, watch: &dyn Watch) -> bool {
-        watch.stop() || self.problem.is_budget_spent()
-    }
-
     /// Best first.
     pub fn sort(&self, models: &mut [FittedModel]) {
         models.sort_by(FittedModel::compare);
@@ -216,7 +211,7 @@ impl<'a> Screen<'a> {
         for other in others {
             match models.iter_mut().find(|c| c.choices == other.choices) {
                 Some(mine) if other.is_better_fit(mine) => *mine = other,
-                Some(_) => {}
+                Some(mine) => mine.is_passed_over &= other.is_passed_over,
                 None => models.push(other),
             }
         }
@@ -224,7 +219,7 @@ impl<'a> Screen<'a> {
     }
 
     /// Whether a model is near enough to the noise, or far enough from the calibrated model, to be worth fitting further.
-    pub fn is_promising(&self, model: &FittedModel) -> bool {
+    fn is_promising(&self, model: &FittedModel) -> bool {
         let calibrated = self.calibrated_error.get().copied().unwrap_or(0.0);
         model.fit.quantile(0.5) < PROMISING.max(PROMISING_SHARE * calibrated)
     }

@@ -1,8 +1,8 @@
 //! The search over the lattice of hypotheses: none, one or two effects or terms, the best fit of each kept.
 //!
-//! Single hypotheses race: the best are fitted, harder while none is adequate (down to the noise). Beside an adequate one a score
-//! test tells which second effects can change the verdict. Where none is adequate, pairs are searched for on short windows, and on
-//! beginnings of the segments; the other single hypotheses follow where that brings no answer.
+//! Single hypotheses race. Beside an adequate one (down to the noise) a score test tells which second effects can change the verdict.
+//! Where none is an answer, single effects, those of the library and pairs are searched for together on short windows, and pairs on
+//! beginnings of the segments where that brings none.
 
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::is_testable;
@@ -19,10 +19,10 @@ use crate::diagnose::selection::decision::{
 };
 use crate::diagnose::selection::extension::{Beside, extend};
 use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
-use crate::diagnose::selection::race::Race;
+use crate::diagnose::selection::race::{Entrant, Race};
 use crate::diagnose::selection::screening::{Promised, Screen, last_options};
 use crate::diagnose::selection::tested::Tested;
-use crate::diagnose::selection::{full_refit, lengthening, pairs};
+use crate::diagnose::selection::{full_refit, lengthening, subset_search};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::{CLOSE, FINALISTS};
 use crate::error::Error;
@@ -31,10 +31,7 @@ use crate::watch::Watch;
 
 /// Hypotheses close to the best that are fitted to their end.
 const FINISHED: usize = 6;
-/// Hypotheses that are searched for again from their own optima.
-const RESTARTED: usize = 3;
-
-/// Effects of the library that are fitted before it is asked whether one is adequate, and before two known effects are tried.
+/// Effects of the library that are fitted before it is asked whether one is adequate.
 const LIBRARY_BATCH: usize = 10;
 /// Unknown functions that are fitted where the catalogue has no answer: of each place where one may act about one.
 const UNKNOWN_FITTED: usize = 6;
@@ -50,8 +47,8 @@ pub(crate) struct Exploration<'a> {
     pub alone: FittedModel,
     /// The same, or better, from the optimum of an effect.
     pub calibrated: FittedModel,
-    /// The race among them.
-    race: Race<'a>,
+    /// First looks at single effects, the one that looks best first.
+    race: Vec<Entrant>,
     /// Single effects and terms, best first.
     pub singles: Vec<FittedModel>,
     /// The reference model held to what is believed of it, once that was needed.
@@ -61,8 +58,8 @@ pub(crate) struct Exploration<'a> {
     library: Option<Vec<Promised>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
-    /// Pairs that were compared to first order alone ([`pairs::Searched`]).
-    pub untried: Vec<Vec<Choice>>,
+    /// Pairs that were compared to first order alone ([`subset_search::Searched`]); `None` before sets were searched.
+    pub untried: Option<Vec<Vec<Choice>>>,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
     pub tested: Vec<Tested>,
 }
@@ -90,7 +87,7 @@ pub(crate) fn explore<'a>(
     } else {
         THOROUGH
     };
-    let mut race = Race::new(screen, &jobs, &base, search, watch)?;
+    let race = Race::new(screen, &jobs, &base, search, watch)?;
     let singles = race.run(watch)?;
     let mut found = Exploration {
         problem,
@@ -99,50 +96,42 @@ pub(crate) fn explore<'a>(
         list,
         calibrated: screen.recalibrate(base.clone(), &singles)?,
         alone: base,
-        race,
+        race: race.entrants,
         singles,
         held_alone: None,
         library: None,
         pairs: Vec::new(),
-        untried: Vec::new(),
+        untried: None,
         tested: Vec::new(),
     };
-    watch.stage(stages::FURTHER);
-    found.try_harder()?;
-    if !problem.place_is_told() {
+    if !found.is_settled()? {
+        found.search_sets()?;
+    } else if !problem.place_is_told() {
         watch.stage(stages::LIBRARY);
-        let most = match found.is_settled()? {
-            true => found.library_rivals()?,
-            false => LIBRARY_BATCH,
-        };
+        let most = found.library_rivals()?;
         found.add_library_effects(most)?;
     }
     found.compare_adequate()?;
     // What seemed adequate may have fallen on all segments.
-    if !found.is_adequate() && !problem.place_is_told() {
-        // Where the break-aways tell of the place, friction scatters: no second effect brings the motion down to the noise.
-        watch.stage(stages::PAIRS);
-        found.pair()?;
+    if !found.is_adequate() && found.untried.is_none() {
+        found.search_sets()?;
         found.compare_adequate()?;
-        if !found.is_adequate() && !found.pair_explains()? {
-            watch.stage(stages::PAIRS_FURTHER);
-            found.pair_on_beginnings()?;
-            found.compare_adequate()?;
-        }
     }
-    if !problem.is_budget_spent() && !found.is_adequate() && !found.pair_explains()? {
-        watch.stage(stages::PASSED_OVER);
-        found.follow_the_rest()?;
+    let is_open = !watch.stop() && !problem.place_is_told() && !found.is_adequate();
+    if is_open && !found.pair_explains()? {
+        watch.stage(stages::PAIRS_FURTHER);
+        found.pair_on_beginnings()?;
         found.compare_adequate()?;
     }
     found.spread_nodes()?;
     found.refit_halves()?;
     found.other_forms_of_pair()?;
-    // What of the library promised little comes after two known effects, what has no name after all that has one.
-    if found.needs_unknown_functions() && !found.is_adequate() && !problem.is_budget_spent() {
+    // Values along the belt imitate much beside another effect too: before such a pair is named, all else competes with it.
+    if found.needs_unknown_functions() && found.pair_explains()? {
         watch.stage(stages::LIBRARY);
         found.add_library_effects(usize::MAX)?;
     }
+    // What has no name comes after all that has one.
     if found.needs_unknown_functions() {
         watch.stage(stages::UNKNOWN);
         found.add_unknown_functions()?;
@@ -161,30 +150,25 @@ impl Exploration<'_> {
     /// Whether the search among single hypotheses may end. Values of its own along each run imitate much: that alone does not
     /// end it, nor does what falls when it is fitted to all segments.
     fn is_settled(&mut self) -> Result<bool, Error> {
-        if self.calibrated.reaches_floor() {
-            return Ok(true);
+        let is_adequate = self.calibrated.reaches_floor();
+        let least = match is_adequate {
+            true => log_posterior(self.problem, &self.calibrated),
+            false => f64::NEG_INFINITY,
+        };
+        while !self.watch.stop() {
+            self.screen.sort(&mut self.singles);
+            let is_answer = |single: &&mut FittedModel| {
+                single.is_answer() && log_posterior(self.problem, single) > least
+            };
+            let Some(best) = self.singles.first_mut().filter(is_answer) else {
+                return Ok(is_adequate);
+            };
+            *best = self.screen.to_its_end(best)?;
+            if full_refit::stands(self.problem, best)? {
+                return Ok(true);
+            }
         }
-        match self.singles.first_mut() {
-            Some(best) if best.is_local() => Ok(false),
-            Some(best) => full_refit::stands(self.problem, best),
-            None => Ok(false),
-        }
-    }
-
-    /// While nothing is adequate: the lines of others, fits to the end, other starts.
-    fn try_harder(&mut self) -> Result<(), Error> {
-        if !self.is_settled()? {
-            self.screen.lend_lines(&mut self.singles, &self.list)?;
-            self.screen.polish(&mut self.singles, self.watch)?;
-        }
-        self.restart()
-    }
-
-    /// What was passed over, followed too.
-    fn follow_the_rest(&mut self) -> Result<(), Error> {
-        let more = self.race.run_on(self.watch)?;
-        self.screen.keep_better(&mut self.singles, more);
-        self.try_harder()
+        Ok(is_adequate)
     }
 
     /// Compares what is adequate, and what may hide behind it.
@@ -194,16 +178,6 @@ impl Exploration<'_> {
             self.finish_close()?;
             self.watch.stage(stages::EXTENSIONS);
             self.extend_leader()?;
-        }
-        Ok(())
-    }
-
-    /// While nothing is adequate: other starts, and the best to its end.
-    fn restart(&mut self) -> Result<(), Error> {
-        if !self.is_settled()? {
-            self.screen
-                .restart(&mut self.singles, RESTARTED, self.watch)?;
-            self.screen.finish(&mut self.singles, self.watch)?;
         }
         Ok(())
     }
@@ -449,11 +423,13 @@ impl Exploration<'_> {
             return Ok(false);
         }
         self.end_adequate(&mut found, leader)?;
+        let is_more_probable = |pair: &FittedModel| {
+            let posterior = log_posterior(self.problem, pair);
+            pair.reaches_floor() && posterior > log_posterior(self.problem, leader)
+        };
+        let is_any = found.iter().any(is_more_probable);
         self.screen.keep_better(&mut self.pairs, found);
-        let best = self.pairs.first().filter(|pair| pair.reaches_floor());
-        Ok(best.is_some_and(|pair| {
-            log_posterior(self.problem, pair) > log_posterior(self.problem, leader)
-        }))
+        Ok(is_any)
     }
 
     /// The reference model held to what is believed of it. What it leaves is due to what is missing, where a calibrated one
@@ -481,12 +457,11 @@ impl Exploration<'_> {
     fn needs_unknown_functions(&self) -> bool {
         let is_of_catalogue = |c: &&FittedModel| {
             let mut effects = c.choices.iter();
-            !c.is_local()
-                && effects.all(|e| !is_library_effect(&self.problem.catalogue[e.effect].id))
+            effects.all(|e| !is_library_effect(&self.problem.catalogue[e.effect].id))
         };
         let all = std::iter::once(&self.calibrated).chain(&self.singles);
         let mut known = all.chain(&self.pairs).filter(is_of_catalogue);
-        !known.any(FittedModel::reaches_floor) && !self.problem.place_is_told()
+        !known.any(FittedModel::is_answer) && !self.problem.place_is_told()
     }
 
     /// Unknown functions as the only thing that the calibrated model lacks: hypotheses like the others.
@@ -533,8 +508,9 @@ impl Exploration<'_> {
         }
     }
 
-    /// How many effects of the library may explain the data as well as the best single effect does, which is adequate: those of
-    /// which a score test at the calibrated model promises no less than of that, and all where it leaves segments unmet. None where nothing is named but the calibrated model, beside which they are tested anyway.
+    /// How many effects of the library may explain the data as well as the best single effect does, which is adequate and fitted to its
+    /// end: those of which a score test at the calibrated model promises no less than of that, and all where it leaves segments unmet.
+    /// None where nothing is named but the calibrated model, beside which they are tested anyway.
     fn library_rivals(&mut self) -> Result<usize, Error> {
         let posterior = |model: &FittedModel| log_posterior(self.problem, model);
         let is_named = |single: &&FittedModel| {
@@ -543,7 +519,6 @@ impl Exploration<'_> {
         let Some(best) = self.singles.first().filter(is_named) else {
             return Ok(0);
         };
-        let best = self.screen.to_its_end(best)?;
         if best.leaves_segments() {
             return Ok(usize::MAX);
         }
@@ -576,7 +551,7 @@ impl Exploration<'_> {
             if let Some(ended) = best.map(|m| screen.to_its_end(m)).transpose()? {
                 screen.keep_better(&mut found, vec![ended]);
             }
-            if screen.is_over(watch) || found.first().is_some_and(FittedModel::meets_all) {
+            if watch.stop() || found.first().is_some_and(FittedModel::meets_all) {
                 break;
             }
         }
@@ -586,16 +561,25 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs of which neither is adequate alone.
-    fn pair(&mut self) -> Result<(), Error> {
+    /// Sets of effects, from where a regression on windows points.
+    fn search_sets(&mut self) -> Result<(), Error> {
+        self.untried = Some(Vec::new());
+        // Where the break-aways tell of the place, friction scatters: no effect brings the motion down to the noise.
+        if self.problem.place_is_told() || self.watch.stop() {
+            return Ok(());
+        }
+        self.watch.stage(stages::SETS);
         let held = self.held_alone()?;
-        let found = pairs::search(self.screen, &held, &self.list, self.watch)?;
-        self.screen.keep_better(&mut self.pairs, found.pairs);
-        self.untried = found.untried;
+        let library = library(self.problem);
+        let found = subset_search::search(self.screen, &held, &self.list, &library, self.watch)?;
+        let (singles, pairs) = found.models.into_iter().partition(|m| m.choices.len() == 1);
+        self.screen.keep_better(&mut self.singles, singles);
+        self.screen.keep_better(&mut self.pairs, pairs);
+        self.untried = Some(found.untried);
         Ok(())
     }
 
-    /// The same on beginnings of the segments that lengthen, from the single effects that look best there.
+    /// Pairs on beginnings of the segments that lengthen, from the single effects that look best there.
     fn pair_on_beginnings(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let found = lengthening::search(screen, &self.list, &self.race, watch)?;
@@ -607,13 +591,26 @@ impl Exploration<'_> {
             pair.iter().all(|c| model.effects().contains(&c.effect))
         };
         let is_tried = |pair: &Vec<Choice>| self.pairs.iter().any(|model| has(model, pair));
-        self.untried.retain(|pair| !is_tried(pair));
+        if let Some(untried) = &mut self.untried {
+            untried.retain(|pair| !is_tried(pair));
+        }
         Ok(())
     }
 
-    /// Whether a pair explains the data, as [`pairs::explains`] has it.
+    /// Whether a pair explains the data: one is adequate, and stays so on all segments.
     fn pair_explains(&mut self) -> Result<bool, Error> {
-        pairs::explains(self.screen, self.pairs.first_mut())
+        while !self.watch.stop() {
+            self.screen.sort(&mut self.pairs);
+            match self.pairs.first_mut() {
+                Some(best) if best.reaches_floor() => {
+                    if full_refit::stands(self.problem, best)? {
+                        return Ok(true);
+                    }
+                }
+                _ => return Ok(false),
+            }
+        }
+        Ok(false)
     }
 
     /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come

@@ -161,7 +161,11 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
     let explained = best.is_some();
     let mut untried: Vec<String> = match explained {
         true => Vec::new(),
-        false => untried.iter().map(|pair| name(problem, pair)).collect(),
+        false => untried
+            .iter()
+            .flatten()
+            .map(|pair| name(problem, pair))
+            .collect(),
     };
     // Forms of an effect have one name.
     untried.dedup();

@@ -62,6 +62,15 @@ impl<'a> Windows<'a> {
         }
     }
 
+    /// Logarithm of the evidence of a model on the windows, nats, where each segment has but one start state to pay for: the other
+    /// windows begin where one ends.
+    pub fn log_evidence(&self, model: &FittedModel) -> f64 {
+        let fit = &model.fitted.fit;
+        let prices = fit.state_prices.iter().enumerate();
+        let later = prices.filter(|&(k, _)| !self.begins_segment(k));
+        fit.log_evidence + later.map(|(_, price)| price).sum::<f64>()
+    }
+
     /// A point of the segments on the windows: those within a segment start where the smoother has them.
     pub fn divided(&self, h: &Hypothesis, on_segments: &Point) -> Point {
         let mut point = Point::centre(h, &self.screen.segments);

@@ -1,9 +1,11 @@
-//! Pairs of effects of which neither alone explains the data.
+//! Sets of effects, one of catalogue or library or two of the catalogue, where the race of single ones brought no answer.
 //!
 //! Over a whole segment a model that lacks two effects meets transitions at wrong times, and a fit of one of them ends in a wrong
 //! valley. Over a short window the same model errs by its forces alone, and these add up: a regression on all effects at once
-//! ([`crate::diagnose::initialisation::subset_regression`]) ranks all pairs of them in the time of a few fits, and tells where to fit
-//! each from. Those that explain most are fitted on the windows, the best of these on windows twice as long and on the segments.
+//! ([`crate::diagnose::initialisation::subset_regression`]) ranks all of them in the time of a few fits, and tells where to fit
+//! each from. Those that explain most are fitted on the windows, fewer and fewer of them further (successive halving), the best of these on
+//! windows twice as long and on the segments.
+//! Source of the last: Jamieson and Talwalkar, Proc. AISTATS 2016, sect. 3.
 
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::calibrating;
@@ -13,7 +15,6 @@ use crate::diagnose::initialisation::subset_regression::Explained;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, effects_of, name};
-use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::diagnose::selection::windows::Windows;
 use crate::error::Error;
@@ -30,18 +31,24 @@ const FOLLOWED: usize = 12;
 const LEADERS: usize = 2;
 /// Pairs that are fitted of those that explain most beside each of them.
 const FOLLOWED_BESIDE: usize = 4;
-/// Jacobians for that: a pair that is there comes to the noise from where the regression points within so many.
-const FIRST: usize = 6;
-/// Pairs that are fitted on windows twice as long, ...
-const LONGER: usize = 4;
-/// ... and on whole segments.
-const WHOLE: usize = 3;
+/// Effects of the library that are fitted on the windows, each alone, of those that explain most.
+const ALONE: usize = 4;
+/// Jacobians for a first fit of all of them: the first steps from where the regression points bring most, ...
+const FIRST: usize = 3;
+/// ... and for those that are fitted further: a pair that is there comes to the noise within both.
+const SECOND: usize = 3;
+/// Hypotheses that are fitted further on the shortest windows, ...
+const FURTHER: usize = 8;
+/// ... to their end there, ...
+const ENDED: usize = 4;
+/// ... on windows twice as long, and on whole segments.
+const WHOLE: usize = 2;
 
-/// What a search among pairs has found.
+/// What a search among sets of effects has found.
 pub(crate) struct Searched {
-    /// The best pairs on whole segments, best first.
-    pub pairs: Vec<FittedModel>,
-    /// Those that were not, the one that explains most first.
+    /// The best single effects and pairs on whole segments, best first.
+    pub models: Vec<FittedModel>,
+    /// Pairs that were compared to first order alone, the one that explains most first.
     pub untried: Vec<Vec<Choice>>,
 }
 
@@ -54,12 +61,25 @@ type Start = (Vec<Choice>, Point);
 /// The shortest windows, and effects that may be added there.
 struct Search<'a, 'b> {
     windows: Windows<'a>,
+    /// Effects of which pairs are formed.
     list: &'b [Choice],
+    /// Effects of the library, each alone.
+    library: &'b [Choice],
     watch: &'b dyn Watch,
 }
 
-/// Pairs of the effects of a list, the best fitted to its end on whole segments, best first. `held` is the reference model held to
-/// what is believed of it: calibrated, it has been bent in the place of what is missing.
+/// Where to fit from, and what is fitted already.
+struct Starts {
+    /// Sets of effects that explain most, and where to fit them from.
+    starts: Vec<Start>,
+    /// Single effects that were fitted on the shortest windows.
+    leaders: Vec<FittedModel>,
+    /// All pairs, the one that explains most first.
+    pairs: Vec<Vec<Choice>>,
+}
+
+/// Pairs of the effects of `list` and single effects of it and of `library`, the best fitted to its end on whole segments. `held` is the
+/// reference model held to what is believed of it: calibrated, it has been bent in the place of what is missing.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -67,77 +87,110 @@ pub(crate) fn search(
     screen: &Screen,
     held: &FittedModel,
     list: &[Choice],
+    library: &[Choice],
     watch: &dyn Watch,
 ) -> Result<Searched, Error> {
     let search = Search {
         windows: Windows::quarters(screen),
         list,
+        library,
         watch,
     };
-    watch.step("comparing all pairs to first order", 0, 1);
-    let (starts, ranked) = search.starts(held)?;
-    let done = AtomicUsize::new(0);
-    let fitted = parallel(&starts, |start| {
-        if watch.stop() {
-            return Ok(None);
-        }
-        let fitted = search.fitted(start, refitting(FIRST))?;
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        watch.step(&name(screen.problem, &start.0), done, starts.len());
-        Ok(Some(fitted))
+    watch.step("comparing effects and pairs to first order", 0, 1);
+    let Starts {
+        starts,
+        leaders,
+        pairs: ranked,
+    } = search.starts(held)?;
+    let windows = &search.windows;
+    let best = search.round(&starts, |(choices, start)| {
+        search.fitted(choices, start, refitting(FIRST))
     })?;
-    let mut best: Vec<FittedModel> = Vec::new();
-    screen.keep_better(&mut best, fitted.into_iter().flatten().collect());
-    // The same two effects, in either order.
-    let mut best = distinct(best, FittedModel::effects);
-    let fitted: Vec<Vec<usize>> = best.iter().map(FittedModel::effects).collect();
-    let is_untried = |pair: &Vec<Choice>| !fitted.contains(&effects_of(pair));
-    let untried = ranked.into_iter().filter(is_untried).collect();
-    best.truncate(LONGER);
+    let mut best = windows.by_evidence(best);
+    let tried: Vec<Vec<usize>> = best.iter().map(FittedModel::effects).collect();
+    best.truncate(FURTHER);
+    let mut best = search.round(&best, |model| {
+        search.fitted(&model.choices, &model.fitted.fit.point, refitting(SECOND))
+    })?;
+    best.extend(leaders);
+    let mut best = windows.by_evidence(best);
+    best.truncate(ENDED);
+    // By the objective of the search, which some windows that are lost for good do not bend.
+    let ended = search.round(&best, |model| {
+        let start = model.fitted.fit.point.clone();
+        let ended = windows
+            .screen
+            .continued(&model.choices, start, calibrating())?;
+        let is_better = windows.log_evidence(&ended) > windows.log_evidence(model);
+        Ok(if is_better { ended } else { model.clone() })
+    })?;
     let longer = Windows::halves(screen);
-    let best = parallel(&best, |model| {
-        if watch.stop() {
-            return Ok(None);
-        }
-        let point = model.fitted.fit.point.clone();
-        let shortest = &search.windows.screen;
-        let there = shortest
-            .continued(&model.choices, point, calibrating())?
-            .fitted;
-        let on_segments = search.windows.joined(&there.fit.point);
-        let start = longer.divided(&there.hypothesis, &on_segments);
-        let fitted = longer.screen.fitted(&model.choices, start, calibrating())?;
-        Ok(Some(fitted))
-    })?;
-    let mut best: Vec<FittedModel> = best.into_iter().flatten().collect();
-    screen.sort(&mut best);
+    let mut best = windows.by_evidence(ended);
     best.truncate(WHOLE);
-    let mut pairs = parallel(&best, |model| {
-        let start = longer.joined(&model.fitted.fit.point);
+    let mut models = search.round(&best, |model| {
+        let on_segments = windows.joined(&model.fitted.fit.point);
+        let start = longer.divided(&model.fitted.hypothesis, &on_segments);
+        let there = longer.screen.fitted(&model.choices, start, calibrating())?;
+        let start = longer.joined(&there.fitted.fit.point);
         screen.fitted(&model.choices, start, refitting(POLISH))
     })?;
-    screen.sort(&mut pairs);
-    screen.finish(&mut pairs, watch)?;
-    screen.sort(&mut pairs);
-    Ok(Searched { pairs, untried })
+    screen.sort(&mut models);
+    screen.finish(&mut models, watch)?;
+    screen.sort(&mut models);
+    // What a stop has kept from its end is not compared.
+    let is_untried = |pair: &Vec<Choice>| watch.stop() || !tried.contains(&effects_of(pair));
+    let untried = ranked.into_iter().filter(is_untried).collect();
+    Ok(Searched { models, untried })
+}
+
+impl Windows<'_> {
+    /// The best of those with the same effects, by their evidence: it counts the windows that are left unmet.
+    fn by_evidence(&self, mut all: Vec<FittedModel>) -> Vec<FittedModel> {
+        all.sort_by(|a, b| self.log_evidence(b).total_cmp(&self.log_evidence(a)));
+        distinct(all, FittedModel::effects)
+    }
 }
 
 impl Search<'_, '_> {
     /// A fit on the shortest windows by their likelihood, none of them left out: the regression has pointed near most of them.
-    fn fitted(&self, start: &Start, options: FitOptions) -> Result<FittedModel, Error> {
+    fn fitted(
+        &self,
+        choices: &[Choice],
+        start: &Point,
+        options: FitOptions,
+    ) -> Result<FittedModel, Error> {
         let options = FitOptions {
             robust: false,
             ..options
         };
-        let (choices, start) = start;
         self.windows
             .screen
             .continued(choices, start.clone(), options)
     }
 
-    /// Where to fit pairs from: those that explain most, beside the reference model and beside the single effects that do; and all
-    /// pairs, the one that explains most first.
-    fn starts(&self, held: &FittedModel) -> Result<(Vec<Start>, Vec<Vec<Choice>>), Error> {
+    /// Fits of each of these, but for those that come after a stop.
+    fn round<T: Sync>(
+        &self,
+        all: &[T],
+        fit: impl Fn(&T) -> Result<FittedModel, Error> + Sync,
+    ) -> Result<Vec<FittedModel>, Error> {
+        let done = AtomicUsize::new(0);
+        let fitted = parallel(all, |one| {
+            if self.watch.stop() {
+                return Ok(None);
+            }
+            let fitted = fit(one)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let name = name(self.windows.screen.problem, &fitted.choices);
+            self.watch.step(&name, done, all.len());
+            Ok(Some(fitted))
+        })?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+
+    /// Where to fit from: what explains most, beside the reference model and beside the single effects that explain most; and all pairs,
+    /// the one that explains most first.
+    fn starts(&self, held: &FittedModel) -> Result<Starts, Error> {
         let start = self
             .windows
             .divided(&held.fitted.hypothesis, &held.fitted.fit.point);
@@ -152,15 +205,18 @@ impl Search<'_, '_> {
         let at = |(set, explained): &Ranked| responses.start(set, explained);
         let best = ranked.iter().take(FOLLOWED);
         let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
+        let library = self.responses(&held, self.library)?;
+        for (set, explained) in possible(self.alone(&library)?, &library).iter().take(ALONE) {
+            starts.push(library.start(set, explained)?);
+        }
         let may_lead = |(set, _): &&Ranked| !responses.all[set[0]].has_many_values();
         let best_of_each = possible(alone, &responses);
         let leaders = best_of_each.iter().filter(may_lead).take(LEADERS).map(at);
         let leaders = leaders.collect::<Result<Vec<Start>, Error>>()?;
-        let leaders = parallel(&leaders, |start| match self.watch.stop() {
-            true => Ok(None),
-            false => Ok(Some(self.fitted(start, calibrating())?)),
+        let leaders = self.round(&leaders, |(choices, start)| {
+            self.fitted(choices, start, calibrating())
         })?;
-        for leader in leaders.iter().flatten() {
+        for leader in &leaders {
             let first = leader.choices[0].effect;
             let others = self.list.iter().filter(|c| c.effect != first);
             let others: Vec<Choice> = others.cloned().collect();
@@ -174,8 +230,11 @@ impl Search<'_, '_> {
         let pairs = ranked
             .iter()
             .map(|(set, _)| set.iter().map(choice).collect());
-        let pairs = pairs.collect();
-        Ok((starts, pairs))
+        Ok(Starts {
+            starts,
+            pairs: pairs.collect(),
+            leaders,
+        })
     }
 
     fn responses<'s>(
@@ -249,15 +308,4 @@ fn distinct<T>(mut all: Vec<T>, effects: impl Fn(&T) -> Vec<usize>) -> Vec<T> {
         is_new
     });
     all
-}
-
-/// Whether a pair without values of its own along each run explains the data; those imitate much.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub(crate) fn explains(screen: &Screen, best: Option<&mut FittedModel>) -> Result<bool, Error> {
-    match best {
-        Some(best) if !best.is_local() => full_refit::stands(screen.problem, best),
-        _ => Ok(false),
-    }
 }
