@@ -126,8 +126,9 @@ pub(crate) fn explore<'a>(
     found.spread_nodes()?;
     found.refit_halves()?;
     found.other_forms_of_pair()?;
-    // Values along the belt imitate much beside another effect too: before such a pair is named, all else competes with it.
-    if found.needs_unknown_functions() && found.pair_explains()? {
+    // Values along the belt imitate much beside another effect too: before such a pair is named, or what explains most where nothing
+    // explains all, the whole library competes.
+    if found.needs_unknown_functions() && !found.is_adequate() {
         watch.stage(stages::LIBRARY);
         found.add_library_effects(usize::MAX)?;
     }
