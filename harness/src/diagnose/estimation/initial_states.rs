@@ -6,13 +6,14 @@ use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::estimation::sensitivities::Turned;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::SegmentStart;
+use crate::diagnose::thresholds::FLOOR_MEDIAN;
 use nalgebra::DVector;
 
 /// Shares of a segment over which its start is fitted one after another, and iterations for each.
 const GROWING: [(f64, usize); 5] = [(0.12, 4), (0.25, 4), (0.5, 4), (0.75, 4), (1.0, 6)];
 
 /// Fall in nats of a segment's loss that another start must bring: less is what the fit of all gains anyway.
-const NOTICED: f64 = 1.0;
+pub(crate) const NOTICED: f64 = 1.0;
 /// Iterations by which a start follows a step.
 const FOLLOWING: usize = 4;
 /// How many of these shares are a segment's beginning.
@@ -28,7 +29,7 @@ const FOUND_ANEW: f64 = 0.7;
 const WRONG: f64 = 4.0;
 
 impl Fitter<'_, '_> {
-    fn sum(&mut self, k: usize, point: &Point) -> f64 {
+    pub(crate) fn sum(&mut self, k: usize, point: &Point) -> f64 {
         sum_of_squares(&self.residual(k, point))
     }
 
@@ -83,6 +84,28 @@ impl Fitter<'_, '_> {
         let mut sum = f64::INFINITY;
         for &(part, iterations) in growing {
             self.options.share = share * part;
+            sum = self.fit_start_over(k, point, iterations);
+        }
+        self.options.share = share;
+        sum
+    }
+
+    /// The same where most segments are met: as each share is left for a longer one, starts drawn from what it tells are tried there.
+    fn fit_start_by_draws(&mut self, k: usize, point: &mut Point) -> f64 {
+        let share = self.options.share;
+        let segment = &self.data.segments[k];
+        let mut random =
+            fastrand::Rng::with_seed((segment.run as u64) << 32 | segment.first as u64);
+        let mut sum = f64::INFINITY;
+        for (number, (part, iterations)) in GROWING.into_iter().enumerate() {
+            let of_shorter = match number {
+                0 => None,
+                _ => self.start_posterior(k, point),
+            };
+            self.options.share = share * part;
+            if let Some(posterior) = of_shorter {
+                self.draw_start(k, point, &posterior, &mut random);
+            }
             sum = self.fit_start_over(k, point, iterations);
         }
         self.options.share = share;
@@ -155,12 +178,14 @@ impl Fitter<'_, '_> {
     }
 
     /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once, or
-    /// else the smoothed state in either mode of the contact, the better over the beginning followed to the end.
+    /// else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
+    /// `draws` both modes again with these.
     fn find_start(
         &mut self,
         k: usize,
         point: &mut Point,
         sums: &[f64],
+        draws: bool,
         good: impl Fn(&Self, usize, f64) -> bool,
     ) -> (f64, SegmentStart) {
         let segment = &self.data.segments[k];
@@ -193,6 +218,17 @@ impl Fitter<'_, '_> {
         if sum < best.0 {
             best = (sum, point.start(k));
         }
+        for stuck in [segment.stuck, !segment.stuck] {
+            if !draws || good(self, k, best.0) {
+                break;
+            }
+            let state = smoothed.clone();
+            point.put(k, SegmentStart { state, stuck });
+            let sum = self.fit_start_by_draws(k, point);
+            if sum < best.0 {
+                best = (sum, point.start(k));
+            }
+        }
         best
     }
 
@@ -212,6 +248,7 @@ impl Fitter<'_, '_> {
         // At most the worst third, and only those far above the better half.
         let limit =
             (WRONG * sorted[sorted.len() * 2 / 5].max(1.0)).max(sorted[sorted.len() * 2 / 3]);
+        let draws = self.options.draws && sorted[sorted.len() / 2] <= FLOOR_MEDIAN * FLOOR_MEDIAN;
         let mut changed = Vec::new();
         for k in 0..sums.len() {
             // A segment that was not found is looked for again once the model has become better.
@@ -221,7 +258,8 @@ impl Fitter<'_, '_> {
             }
             changed.push(k);
             let old = (sums[k], point.start(k));
-            let found = self.find_start(k, point, sums, |this, k, sum| ratio(this, k, sum) < limit);
+            let good = |this: &Self, k, sum| ratio(this, k, sum) < limit;
+            let found = self.find_start(k, point, sums, draws, good);
             let best = if found.0 < old.0 { found } else { old };
             if ratio(self, k, best.0) >= limit {
                 self.lost_at[k] = merit;

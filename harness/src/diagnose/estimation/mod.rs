@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod bent_toy;
+pub mod drawn_starts;
 pub mod fit;
 pub mod fit_options;
 pub mod fitter;
@@ -10,6 +11,8 @@ mod information;
 pub mod initial_states;
 #[cfg(test)]
 mod jump_toy;
+#[cfg(test)]
+mod latch_toy;
 pub mod levenberg_marquardt;
 pub mod likelihood;
 #[cfg(test)]

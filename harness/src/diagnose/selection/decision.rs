@@ -5,8 +5,9 @@
 //! does, something else is at work.
 
 use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::initial_states::NOTICED;
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::initialisation::multistart::{better_starts, continued, settled};
+use crate::diagnose::initialisation::multistart::{better_starts, continued};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
@@ -90,8 +91,7 @@ pub(crate) fn decide(
         if finalists.is_empty() {
             continue;
         }
-        refit_from_larger(problem, models, &finalists)?;
-        share_starts(problem, models, &finalists)?;
+        bring_together(problem, models, &finalists)?;
         // On all segments among those; the others stay as far behind the best of them as they are on the segments compared.
         let on_all = |c: &FittedModel| {
             log_posterior_on_all(problem, c).expect("finalists are fitted to all above")
@@ -140,17 +140,41 @@ fn has_better_part(problem: &Problem, models: &[&mut FittedModel], leading: usiz
         .any(|c| posterior(c) >= posterior(whole))
 }
 
-/// Fits each finalist again from the optimum of those that extend it, so that none is left in a worse minimum than what is one
-/// of its own points but for an effect.
-fn refit_from_larger(
+/// Gives each finalist what the others found, until none gains by it: a smaller hypothesis would else be beaten by itself beside an effect
+/// of no strength.
+fn bring_together(
     problem: &Problem,
     models: &mut [&mut FittedModel],
     finalists: &[usize],
 ) -> Result<(), Error> {
+    let mut handed_on = vec![f64::NEG_INFINITY; models.len()];
+    loop {
+        let evidence = |i: usize| models[i].full_refit.as_ref().map(|f| f.fit.log_evidence);
+        let mut improved = finalists.to_vec();
+        improved.retain(|&i| evidence(i) > Some(handed_on[i] + NOTICED));
+        if improved.is_empty() {
+            return Ok(());
+        }
+        for &i in &improved {
+            handed_on[i] = evidence(i).expect("finalists are fitted to all");
+        }
+        refit_from_larger(problem, models, finalists, &improved)?;
+        share_starts(problem, models, finalists)?;
+    }
+}
+
+/// Fits each finalist again from the optimum of those that extend it, `improved` ones alone, so that none is left in a worse minimum
+/// than what is one of its own points but for an effect.
+fn refit_from_larger(
+    problem: &Problem,
+    models: &mut [&mut FittedModel],
+    finalists: &[usize],
+    improved: &[usize],
+) -> Result<(), Error> {
     let extends = |large: usize, small: usize| is_part(models[small], models[large]);
     let jobs: Vec<(usize, usize)> = finalists
         .iter()
-        .flat_map(|&small| finalists.iter().map(move |&large| (small, large)))
+        .flat_map(|&small| improved.iter().map(move |&large| (small, large)))
         .filter(|&(small, large)| extends(large, small))
         .collect();
     let all = problem.fit_segments(1);
@@ -160,7 +184,7 @@ fn refit_from_larger(
         let larger = models[large].full_refit.as_ref();
         let larger = larger.expect("finalists are fitted to all shots");
         let start = widen(larger, &h, &Point::centre(&h, &segments));
-        settled(problem, h, &segments, start, full_refit::last_options())
+        continued(problem, h, &segments, start, full_refit::last_options())
     })?;
     for ((small, _), fitted) in jobs.into_iter().zip(again) {
         let full_refit = &mut models[small].full_refit;

@@ -22,13 +22,14 @@ const SEEN: usize = 8;
 /// valley.
 const REFIT_TOLERANCE: f64 = 1e-6;
 
-/// The options of a last fit of a model that explains the data.
+/// The options of a last fit of a model that explains the data; starts are drawn in all fits that are compared with it.
 pub fn last_options() -> FitOptions {
     FitOptions {
         tolerance: REFIT_TOLERANCE,
         patience: 2,
         stride: 1,
         robust: false,
+        draws: true,
         ..FitOptions::search(REFIT)
     }
 }
@@ -64,7 +65,11 @@ pub fn refit(
         );
     }
     // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
-    let near = multistart::settled(problem, h, segments, start, FitOptions::search(REFIT))?;
+    let leading_in = FitOptions {
+        draws: true,
+        ..FitOptions::search(REFIT)
+    };
+    let near = multistart::settled(problem, h, segments, start, leading_in)?;
     multistart::continued(
         problem,
         near.hypothesis,
