@@ -21,10 +21,14 @@ const EDGE: f64 = 0.5 * TRUE;
 /// How far it jumps, in m.
 const JUMP: f64 = 20.0 * NOISE;
 
-/// The linear toy with that jump.
-struct JumpToy(LinearToy);
+/// The linear toy with a jump of its motion that no derivative tells of.
+pub(crate) struct JumpToy<J> {
+    pub(crate) toy: LinearToy,
+    /// Of a segment with these values: the sample from which on it jumps, and how far in m.
+    pub(crate) jump: J,
+}
 
-impl Simulator for JumpToy {
+impl<J: Fn(&Segment, &SegmentValues) -> Option<(usize, f64)>> Simulator for JumpToy<J> {
     fn predict(
         &mut self,
         segment: &Segment,
@@ -32,10 +36,11 @@ impl Simulator for JumpToy {
         samples: Samples,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
-        let jumps = segment.run == 0 && segment.first == 0 && values.shared[0] > EDGE;
-        let is_whole = self.0.predict(segment, values, samples, out)?;
-        if jumps {
-            out.iter_mut().for_each(|w| *w += JUMP);
+        let jump = (self.jump)(segment, &values);
+        let is_whole = self.toy.predict(segment, values, samples, out)?;
+        if let Some((from, by)) = jump {
+            let later = out.iter_mut().skip(from / samples.stride);
+            later.for_each(|w| *w += by);
         }
         Ok(is_whole)
     }
@@ -48,17 +53,22 @@ impl Simulator for JumpToy {
         samples: Samples,
         slopes: &mut Vec<f64>,
     ) -> bool {
-        self.0
+        self.toy
             .differentiate(segment, values, turns, samples, slopes)
     }
 
     fn carry_on(&mut self, next: &Segment, u: &[f64], own: &[f64]) -> Result<SegmentStart, Error> {
-        self.0.carry_on(next, u, own)
+        self.toy.carry_on(next, u, own)
     }
 
     fn limit(&self, run: usize) -> f64 {
-        self.0.limit(run)
+        self.toy.limit(run)
     }
+}
+
+/// Whether it is the segment that jumps.
+pub(crate) fn is_first(segment: &Segment) -> bool {
+    segment.run == 0 && segment.first == 0
 }
 
 #[test]
@@ -68,7 +78,13 @@ fn val_a_segment_that_jumps_does_not_bar_the_way() {
     let mut h = hypothesis(1);
     h.shared[0].prior_std = 1e-3;
     let start = Point::centre(&h, &segments);
-    let mut toy = JumpToy(LinearToy { tangents: true });
+    let mut toy = JumpToy {
+        toy: LinearToy { tangents: true },
+        jump: |segment: &Segment, values: &SegmentValues| {
+            let jumps = is_first(segment) && values.shared[0] > EDGE;
+            jumps.then_some((0, JUMP))
+        },
+    };
     let fit = fit_from(&mut toy, &h, &segments, start, 10);
     let std = NOISE * (2.0_f64 / 360.0).sqrt();
     let error = fit.point.shared[0] - TRUE;

@@ -10,12 +10,12 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::estimation::fitter::Fitter;
+use crate::diagnose::estimation::jump_toy::{JumpToy, is_first};
 use crate::diagnose::estimation::linear_toy::{LinearToy, NOISE, hypothesis, segments_of};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
+use crate::diagnose::model::simulator::SegmentValues;
 use crate::diagnose::model::work::Work;
-use crate::error::Error;
 
 /// The slope that made the data, in m/s.
 const RATE: f64 = 1e-3;
@@ -23,47 +23,6 @@ const RATE: f64 = 1e-3;
 const GAP: f64 = 4e-6;
 /// How far it jumps, in m.
 const JUMP: f64 = 40.0 * NOISE;
-
-struct LatchToy(LinearToy);
-
-impl Simulator for LatchToy {
-    fn predict(
-        &mut self,
-        segment: &Segment,
-        values: SegmentValues,
-        samples: Samples,
-        out: &mut Vec<f64>,
-    ) -> Result<bool, Error> {
-        let is_first = segment.run == 0 && segment.first == 0;
-        let misses = is_first && (values.state[1] - RATE).abs() > GAP;
-        let is_whole = self.0.predict(segment, values, samples, out)?;
-        let half = segment.time.len() / 2 / samples.stride;
-        if misses {
-            out.iter_mut().skip(half).for_each(|w| *w += JUMP);
-        }
-        Ok(is_whole)
-    }
-
-    fn differentiate(
-        &mut self,
-        segment: &Segment,
-        values: SegmentValues,
-        turns: &[Turn],
-        samples: Samples,
-        slopes: &mut Vec<f64>,
-    ) -> bool {
-        self.0
-            .differentiate(segment, values, turns, samples, slopes)
-    }
-
-    fn carry_on(&mut self, next: &Segment, u: &[f64], own: &[f64]) -> Result<SegmentStart, Error> {
-        self.0.carry_on(next, u, own)
-    }
-
-    fn limit(&self, run: usize) -> f64 {
-        self.0.limit(run)
-    }
-}
 
 /// Root-mean-square error of the first segment over the noise after a fit with or without draws.
 fn error_of_first(draws: bool) -> f64 {
@@ -85,7 +44,13 @@ fn error_of_first(draws: bool) -> f64 {
         draws,
         ..FitOptions::search(10)
     };
-    let mut toy = LatchToy(LinearToy { tangents: true });
+    let mut toy = JumpToy {
+        toy: LinearToy { tangents: true },
+        jump: |segment: &Segment, values: &SegmentValues| {
+            let misses = is_first(segment) && (values.state[1] - RATE).abs() > GAP;
+            misses.then_some((segment.time.len() / 2, JUMP))
+        },
+    };
     let fit = Fitter::new(&mut toy, &h, &data, options).run(Point::centre(&h, &segments));
     fit.mean_square[0].sqrt() / NOISE
 }
