@@ -2,7 +2,7 @@
 //! knowing this project.
 
 use crate::layout::Layout;
-use beam_physics::effects::{CATALOGUE, Role};
+use beam_physics::effects::{CATALOGUE, MACHINE, Role};
 use quick_xml::Writer;
 use std::io;
 
@@ -23,7 +23,12 @@ pub fn write(writer: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
         .with_attribute(("name", "StickSlip"))
         .write_inner_content(|tool| {
             tool.create_element("EffectCatalogue")
-                .with_attribute(("version", "1"))
+                .with_attributes([
+                    ("version", "1"),
+                    ("length", &format!("{:?}", MACHINE.length)),
+                    ("time", &format!("{:?}", MACHINE.time)),
+                    ("mass", &format!("{:?}", MACHINE.mass)),
+                ])
                 .write_inner_content(|list| {
                     catalogue(list)?;
                     users(list, layout)
@@ -70,6 +75,7 @@ fn users(list: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
                 ("source", &own.source),
                 ("signature", &own.signature),
                 ("confounders", &own.confounders),
+                ("own", "true"),
             ])
             .write_inner_content(|effect| {
                 for p in &own.parameters {

@@ -1,5 +1,6 @@
 //! The effects that an FMU declares as candidates, read from its vendor annotation.
 
+use crate::diagnose::model::similarity::Scales;
 use crate::error::Error;
 use crate::fmu::Fmu;
 
@@ -73,6 +74,8 @@ pub struct EffectCard {
     pub parameters: Vec<EffectParameter>,
     /// Its states.
     pub states: Vec<EffectState>,
+    /// Whether it is none of the catalogue, but was put into the FMU beside that.
+    pub is_own: bool,
 }
 
 impl EffectCard {
@@ -131,8 +134,7 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
         path: fmu.path().to_owned(),
         problem,
     };
-    let document = roxmltree::Document::parse(xml)
-        .map_err(|e| broken(format!("the list of effects can't be read: {e}")))?;
+    let document = read(fmu, xml)?;
     let text =
         |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap_or_default().to_owned();
     let number = |node: &roxmltree::Node, name: &str| -> Result<f64, Error> {
@@ -183,10 +185,41 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
             source: text(&node, "source"),
             signature: text(&node, "signature"),
             confounders: text(&node, "confounders"),
+            is_own: node.attribute("own") == Some("true"),
             id,
             parameters,
             states,
         });
     }
     Ok(out)
+}
+
+/// Length, time and mass of the machine on which the values of the cards are met; `None` where the FMU does not say so.
+///
+/// # Errors
+/// An annotation that can't be read.
+pub fn machine(fmu: &Fmu) -> Result<Option<Scales>, Error> {
+    let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+        return Ok(None);
+    };
+    let document = read(fmu, xml)?;
+    let mut nodes = document.descendants();
+    let catalogue = nodes.find(|node| node.has_tag_name("EffectCatalogue"));
+    let number = |name| catalogue?.attribute(name)?.parse().ok();
+    let scales = || {
+        Some(Scales {
+            length: number("length")?,
+            time: number("time")?,
+            mass: number("mass")?,
+        })
+    };
+    Ok(scales())
+}
+
+/// The annotation as a document.
+fn read<'x>(fmu: &Fmu, xml: &'x str) -> Result<roxmltree::Document<'x>, Error> {
+    roxmltree::Document::parse(xml).map_err(|e| Error::FmuDescription {
+        path: fmu.path().to_owned(),
+        problem: format!("the list of effects can't be read: {e}"),
+    })
 }

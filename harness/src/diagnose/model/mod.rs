@@ -16,6 +16,7 @@ pub mod point;
 pub mod predictor;
 pub mod problem;
 pub mod sensor_ratios;
+pub mod similarity;
 pub mod simulator;
 pub mod unknown_function;
 pub mod variants;

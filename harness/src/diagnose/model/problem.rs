@@ -12,13 +12,14 @@ use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
-use crate::diagnose::model::effect_card::{EffectCard, candidates};
+use crate::diagnose::model::effect_card::{EffectCard, candidates, machine};
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::friction_prior::{FrictionPrior, StartFriction};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structure};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::model::similarity::{Scales, on_machine};
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
@@ -64,6 +65,18 @@ fn nothing_moves(campaign: &Campaign) -> Error {
     }
 }
 
+/// Effects that the model offers, with values as they are met on a machine with these scales.
+fn cards(fmu: &Fmu, scales: Scales) -> Result<Vec<EffectCard>, Error> {
+    let cards = candidates(fmu)?;
+    Ok(match machine(fmu)? {
+        Some(machine) => {
+            let ratios = scales.over(machine);
+            cards.into_iter().map(|c| on_machine(c, ratios)).collect()
+        }
+        None => cards,
+    })
+}
+
 /// Horizon of a prediction in s: a cycle and a half of the lowest mode, most of the shortest stick-slip cycle, and enough samples
 /// to fit the start state from. Where an external force moves the tip, stick begins and ends as the force has it: the time
 /// between break-aways is then no cycle.
@@ -101,7 +114,9 @@ pub struct Problem<'a> {
     pub belt_scale: BeltScale,
     /// Belt speeds in m/s as the campaign states them.
     stated_belt_velocities: Vec<f64>,
-    /// Effects that the model offers.
+    /// Length, time and mass of the machine measured.
+    scales: Scales,
+    /// Effects that the model offers, with values as they are met on this machine.
     pub catalogue: Vec<EffectCard>,
     /// Whether each of them can act in this campaign; all, before it was asked.
     pub acts: Vec<bool>,
@@ -238,10 +253,13 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
-        let catalogue = candidates(fmu)?;
+        let runs = smoothings.iter().map(|s| &s.stick_slip.smoothed);
+        let scales = Scales::of_runs(&structure, runs);
+        let catalogue = cards(fmu, scales)?;
         let problem = Self {
             acts: vec![true; catalogue.len()],
             catalogue,
+            scales,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
             noise,
@@ -321,7 +339,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// An annotation of effects that can't be read.
     pub fn widen(&mut self, fmu: &'a Fmu, formula_files: Vec<String>) -> Result<(), Error> {
-        self.catalogue = candidates(fmu)?;
+        self.catalogue = cards(fmu, self.scales)?;
         // What is added was found in this campaign.
         self.acts.resize(self.catalogue.len(), true);
         self.fmu = fmu;
