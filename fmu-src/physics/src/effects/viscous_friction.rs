@@ -23,9 +23,10 @@ pub static CARD: Card = Card {
         unit: SECOND_PER_METRE,
         start: 0.0,
         typical: 0.2,
-        // Friction that falls with the speed is a matter of the law: a calibration keeps off it.
+        // Friction that falls with the speed is a matter of the law: a calibration keeps off it. A lubricated guide has 10 (Janot, Gautier
+        // and Brunot 2019: 204 N s/m over 20 N).
         min: 0.0,
-        max: 3.0,
+        max: 30.0,
         role: Role::Amplitude,
     }],
     states: &[],

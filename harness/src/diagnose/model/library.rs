@@ -81,6 +81,11 @@ impl File {
         read.find(|file| file.id == id)
     }
 
+    /// Whether it acts in the contact.
+    pub fn is_of_contact(&self) -> bool {
+        matches!(self.place(), "friction" | "normal_force")
+    }
+
     /// Where it acts, as `diagnosis.json` names it.
     pub fn place(&self) -> &'static str {
         match self.target.as_str() {

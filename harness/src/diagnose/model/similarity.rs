@@ -14,7 +14,7 @@
 //! the ratios are rounded to one: machines of about one size have the same beliefs.
 
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
-use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
+use crate::diagnose::model::library::{FORMULA_PREFIX, File, is_library_effect};
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::metric::{median, standard_deviation};
 use crate::observer::{Mode, Smoothed, Structure};
@@ -22,8 +22,11 @@ use crate::observer::{Mode, Smoothed, Structure};
 /// Length, time and mass of a machine, in m, s and kg, or ratios of those of two machines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
+    /// Spread of the displacement of the contact.
     pub length: f64,
+    /// That over the spread of its velocity.
     pub time: f64,
+    /// Mass that a force on the contact moves at once.
     pub mass: f64,
 }
 
@@ -67,20 +70,21 @@ impl Scales {
 }
 
 /// The card of an effect of catalogue or library as it is met on a machine with other scales, by their ratios. Curves and formulas that
-/// were found in the campaign hold for it already.
+/// were found in the campaign hold for it already, as do effects that the user wrote.
 pub fn on_machine(mut card: EffectCard, ratios: Scales) -> EffectCard {
     let is_found = is_unknown_function(&card.id) || card.id.starts_with(FORMULA_PREFIX);
     if is_found || (card.is_own && !is_library_effect(&card.id)) {
         return card;
     }
     let repeats = card.repeats();
+    let is_of_contact = File::of_library(&card.id).is_some_and(|f| f.is_of_contact());
     for p in &mut card.parameters {
         match p.role {
             Role::Amplitude => scale(p, ratios.factor(&p.unit)),
-            // A wavelength is that of the track, whatever moves over it.
-            Role::Shape if repeats && p.unit == "m" => {}
+            // Asperities know nothing of the machine's size, nor does what is printed on the track.
+            Role::Shape if is_of_contact || (repeats && p.unit == "m") => {}
             Role::Shape => {
-                // Asperities and sensors do not grow with the machine: what was met on the other one may be met here.
+                // A sensor does not grow with the machine: what was met on the other one may be met here.
                 let (least, most) = (p.min, p.max);
                 scale(p, ratios.factor(&p.unit));
                 (p.min, p.max) = (p.min.min(least), p.max.max(most));
