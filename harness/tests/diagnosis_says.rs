@@ -1,6 +1,9 @@
 //! What `diagnose` and `try` say of the demonstration, and that others can see it again: words, intervals, the ladder and the
 //! files written. One diagnosis and two trials by hand serve all tests.
 
+mod invariants;
+
+use invariants::check_invariants;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -236,4 +239,142 @@ fn what_the_fmu_holds_for_one_record_is_not_used_for_another_of_the_same_name() 
     ];
     let console = stickslip(&arguments, folder.path());
     assert!(!console.contains("NRMSE from start states"), "{console}");
+}
+
+/// What is predicted without another look shows the missing effect too: the calibrated model is soon lost, the repaired one is not.
+fn check_forecast(diagnosis: &Value) {
+    let ladder = diagnosis["error_ladder"].as_array().unwrap();
+    let of = |i: usize, key: &str| number(&ladder[i][key]);
+    let last = ladder.len() - 1;
+    assert!(
+        of(last, "forecast_nrmse") < 0.1 * of(1, "forecast_nrmse"),
+        "{ladder:#?}"
+    );
+    assert!(
+        of(last, "valid_time_s") > 3.0 * of(1, "valid_time_s"),
+        "{ladder:#?}"
+    );
+    let forecasts = diagnosis["forecast"].as_array().unwrap();
+    let held_out = diagnosis["runs"].as_array().unwrap().iter();
+    let held_out = held_out.filter(|r| r["held_out"] == true).count();
+    assert_eq!(forecasts.len(), held_out);
+    for forecast in forecasts {
+        let (valid, limit) = (
+            number(&forecast["valid_time_s"]),
+            number(&forecast["valid_time_limit_s"]),
+        );
+        assert!(limit > 0.0 && valid > 0.2 * limit, "{forecast:#}");
+        assert!(number(&forecast["learned_s"]) >= 0.04, "{forecast:#}");
+        for key in ["period_s", "amplitude_m", "stick_share"] {
+            let (measured, predicted) = (
+                number(&forecast[key]["measured"]),
+                number(&forecast[key]["predicted"]),
+            );
+            assert!(
+                (predicted / measured - 1.0).abs() < 0.1,
+                "{key}: {forecast:#}"
+            );
+        }
+    }
+}
+
+/// Friction that is wrong over most of the belt leaves errors far above the noise: at slip, at low frequencies, along the
+/// belt. Beyond the modes' frequencies only noise is left.
+fn check_where_it_fails(residual: &Value) {
+    let slip = number(&residual["by_moment"]["slip"]);
+    assert!(slip > 2.0, "{residual:#}");
+    let spectrum = residual["by_frequency"].as_array().unwrap();
+    let level = |from: f64, to: f64| {
+        let inside = |line: &&Value| (from..to).contains(&number(&line["frequency_hz"]));
+        let lines: Vec<f64> = spectrum
+            .iter()
+            .filter(inside)
+            .map(|line| number(&line["over_noise"]))
+            .collect();
+        assert!(!lines.is_empty(), "no line from {from} to {to} Hz");
+        lines.iter().sum::<f64>() / lines.len() as f64
+    };
+    assert!(level(50.0, 1000.0) > 3.0 * level(3000.0, 5000.0));
+    let places = residual["by_belt_position"].as_array().unwrap();
+    let worst = places
+        .iter()
+        .map(|p| number(&p["over_noise"]))
+        .fold(0.0, f64::max);
+    assert!(worst > slip.min(3.0), "{worst}");
+    let runs = residual["by_operating_point"].as_array().unwrap();
+    for run in runs {
+        let of_run = places.iter().filter(|p| p["file"] == run["file"]).count();
+        assert!(of_run > 3, "{of_run} places on the belt in {}", run["file"]);
+    }
+    check_statements(&residual["statements"]);
+}
+
+/// The sentences name the largest and the smallest of the numbers beside them.
+fn check_statements(statements: &Value) {
+    let statements = statements.as_array().unwrap();
+    let over: Vec<&str> = statements
+        .iter()
+        .map(|s| s["over"].as_str().unwrap())
+        .collect();
+    let expected = [
+        "contact_phase",
+        "relative_velocity_and_displacement",
+        "belt_position",
+        "time",
+        "operating_point",
+        "frequency",
+    ];
+    assert_eq!(over, expected);
+    for statement in statements.iter().filter(|s| s["depends"] == true) {
+        let sentence = statement["statement"].as_str().unwrap();
+        let mut intervals = statement["intervals"].as_array().unwrap().clone();
+        assert!(sentence.contains("times the noise"), "{sentence}");
+        if statement["over"] == "belt_position" {
+            continue; // compared run by run
+        }
+        intervals.sort_by(|a, b| number(&a["over_noise"]).total_cmp(&number(&b["over_noise"])));
+        for end in [&intervals[0], &intervals[intervals.len() - 1]] {
+            let place = end["where"].as_str().unwrap();
+            assert!(sentence.contains(place), "{place}: {sentence}");
+        }
+    }
+    assert_eq!(statements[0]["depends"], true, "{:#}", statements[0]);
+}
+
+// Source: reference-data/demo/truth.json, by the Python generator.
+#[test]
+fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu_shows_it() {
+    let done = diagnosed();
+    let diagnosis = &done.diagnosis;
+    check_invariants(diagnosis);
+    assert_eq!(diagnosis["verdict"], "effect_found");
+    assert_eq!(diagnosis["effects"][0]["id"], "belt_periodic_friction");
+    let truth = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("..")
+        .join(DEMO)
+        .join("truth.json");
+    let truth: Value = serde_json::from_str(&std::fs::read_to_string(truth).unwrap()).unwrap();
+    let answer = if truth.is_array() { &truth[0] } else { &truth };
+    let hidden = &answer["parameters"]["belt_periodic_friction"];
+    for parameter in ["amplitude", "wavelength"] {
+        let found = number(&diagnosis["effects"][0]["parameters"][parameter]["value"]);
+        let true_value = number(&hidden[parameter]);
+        assert!(
+            (found / true_value - 1.0).abs() < 0.1,
+            "{parameter}: {found} for {true_value}"
+        );
+    }
+    let ladder = diagnosis["error_ladder"].as_array().unwrap();
+    let error = |i: usize| number(&ladder[i]["holdout_nrmse"]);
+    assert!(error(2) < 0.2 * error(1), "{ladder:#?}");
+    check_forecast(diagnosis);
+    check_where_it_fails(&diagnosis["residual"]);
+    for file in [
+        "report.html",
+        "model.toml",
+        "StickSlipBeam.ssv",
+        "StickSlipBeam.fmu",
+    ] {
+        assert!(done.file(file).is_file(), "{file} is missing");
+    }
 }

@@ -1,6 +1,6 @@
 //! The effects that an FMU declares as candidates, read from its vendor annotation.
 
-use crate::diagnose::model::similarity::Scales;
+use crate::diagnose::model::scales::Scales;
 use crate::error::Error;
 use crate::fmu::Fmu;
 

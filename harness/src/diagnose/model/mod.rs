@@ -15,6 +15,7 @@ pub mod periodic;
 pub mod point;
 pub mod predictor;
 pub mod problem;
+pub mod scales;
 pub mod sensor_ratios;
 pub mod similarity;
 pub mod simulator;

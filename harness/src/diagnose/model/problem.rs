@@ -19,7 +19,8 @@ use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, structu
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
-use crate::diagnose::model::similarity::{Scales, on_machine};
+use crate::diagnose::model::scales::Scales;
+use crate::diagnose::model::similarity::on_machine;
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
 use crate::error::Error;

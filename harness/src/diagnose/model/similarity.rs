@@ -2,72 +2,14 @@
 //!
 //! The cards of the catalogue and the library give the strengths and times that are met on one machine: typical ones, and bounds that
 //! set what is believed before any data. A machine that moves a hundred times as far, or weighs a thousandth, meets others: two
-//! machines behave alike where all values agree in units of their own length, time and mass (Buckingham, Phys. Rev. 4 (1914) 345).
-//! With the ratios l, t and m of these scales a value whose unit is `kg^a m^b s^c` is met as
-//!
-//! ```text
-//! p' = p m^a l^b t^c
-//! ```
-//!
-//! The scales of a campaign: l the spread of the contact's displacement, t = l/v with the spread v of its velocity, medians over the
-//! runs, and the mass that a force at the contact moves at once, `1/m = sum_j phi_j^2/m_j`. Bounds are good to a decade, so that
-//! the ratios are rounded to one: machines of about one size have the same beliefs.
+//! machines behave alike where all values agree in units of their own length, time and mass (Buckingham, Phys. Rev. 4 (1914) 345),
+//! so that each value is scaled as its unit says ([`Scales::factor`]). Bounds are good to a decade, hence the ratios of the scales are
+//! rounded to one: machines of about one size have the same beliefs.
 
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::library::{FORMULA_PREFIX, File, is_library_effect};
+use crate::diagnose::model::scales::Scales;
 use crate::diagnose::model::unknown_function::is_unknown_function;
-use crate::metric::{median, standard_deviation};
-use crate::observer::{Mode, Smoothed, Structure};
-
-/// Length, time and mass of a machine, in m, s and kg, or ratios of those of two machines.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scales {
-    /// Spread of the displacement of the contact.
-    pub length: f64,
-    /// That over the spread of its velocity.
-    pub time: f64,
-    /// Mass that a force on the contact moves at once.
-    pub mass: f64,
-}
-
-impl Scales {
-    /// Those of a machine with this structure, of which these are runs that move.
-    pub fn of_runs<'s>(structure: &Structure, runs: impl Iterator<Item = &'s Smoothed>) -> Self {
-        let (mut lengths, mut velocities): (Vec<f64>, Vec<f64>) = runs
-            .map(|run| {
-                let length = standard_deviation(&run.displacement);
-                (length, standard_deviation(&run.velocity))
-            })
-            .unzip();
-        let (length, velocity) = (median(&mut lengths), median(&mut velocities));
-        let mobility = |m: &Mode| m.tip_value.powi(2) / m.mass_kg;
-        Self {
-            length,
-            time: length / velocity,
-            mass: structure.modes().iter().map(mobility).sum::<f64>().recip(),
-        }
-    }
-
-    /// Ratios of these scales to those of another machine, each rounded to a decade; 1 where one is not known.
-    pub fn over(self, other: Self) -> Self {
-        let decade = |mine: f64, theirs: f64| match (mine / theirs).log10().round() {
-            decades if decades.is_finite() => 10.0_f64.powf(decades),
-            _ => 1.0,
-        };
-        Self {
-            length: decade(self.length, other.length),
-            time: decade(self.time, other.time),
-            mass: decade(self.mass, other.mass),
-        }
-    }
-
-    /// Factor on a value of this unit, for ratios of scales; 1 for a unit that is not known.
-    fn factor(self, unit: &str) -> f64 {
-        exponents(unit).map_or(1.0, |[kg, m, s]| {
-            self.mass.powf(kg) * self.length.powf(m) * self.time.powf(s)
-        })
-    }
-}
 
 /// The card of an effect of catalogue or library as it is met on a machine with other scales, by their ratios. Curves and formulas that
 /// were found in the campaign hold for it already, as do effects that the user wrote.
@@ -101,90 +43,73 @@ fn scale(p: &mut EffectParameter, factor: f64) {
     }
 }
 
-/// Exponents of kg, m and s of a unit in the notation of the FMI standard: factors with integer exponents, each after `.` or `/`, and a
-/// bracket that may have a power; `None` for another.
-fn exponents(unit: &str) -> Option<[f64; 3]> {
-    let mut sum = [0.0; 3];
-    let mut rest = unit;
-    let mut sign = 1.0;
-    loop {
-        let (of_factor, after) = match rest.strip_prefix('(') {
-            Some(inner) => {
-                let (inner, after) = inner.split_once(')')?;
-                let (power, after) = match after.strip_prefix('^') {
-                    Some(power) => {
-                        let is_other = |c: char| !c.is_ascii_digit() && c != '.';
-                        power.split_at(power.find(is_other).unwrap_or(power.len()))
-                    }
-                    None => ("1", after),
-                };
-                let power: f64 = power.parse().ok()?;
-                (exponents(inner)?.map(|e| e * power), after)
-            }
-            None => {
-                let (factor, after) = rest.split_at(rest.find(['.', '/']).unwrap_or(rest.len()));
-                (of_factor(factor)?, after)
-            }
-        };
-        for (sum, e) in sum.iter_mut().zip(of_factor) {
-            *sum += sign * e;
-        }
-        sign = match after.chars().next() {
-            None => return Some(sum),
-            Some('.') => 1.0,
-            Some('/') => -1.0,
-            Some(_) => return None,
-        };
-        rest = &after[1..];
-    }
-}
-
-/// Exponents of one symbol with an integer exponent.
-fn of_factor(factor: &str) -> Option<[f64; 3]> {
-    let end = factor.find(|c: char| c.is_ascii_digit() || c == '-');
-    let (symbol, exponent) = factor.split_at(end.unwrap_or(factor.len()));
-    if symbol.is_empty() {
-        return (exponent == "1").then_some([0.0; 3]);
-    }
-    let exponent: f64 = match exponent {
-        "" => 1.0,
-        digits => digits.parse().ok()?,
-    };
-    let base = match symbol {
-        "rad" => [0.0, 0.0, 0.0],
-        "kg" => [1.0, 0.0, 0.0],
-        "m" => [0.0, 1.0, 0.0],
-        "s" => [0.0, 0.0, 1.0],
-        "Hz" => [0.0, 0.0, -1.0],
-        "N" => [1.0, 1.0, -2.0],
-        "J" => [1.0, 2.0, -2.0],
-        "W" => [1.0, 2.0, -3.0],
-        _ => return None,
-    };
-    Some(base.map(|e| e * exponent))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn parameter(name: &str, unit: &str, role: Role) -> EffectParameter {
+        EffectParameter {
+            name: name.into(),
+            description: String::new(),
+            reference: 0,
+            unit: unit.into(),
+            start: 0.0,
+            typical: 2.0,
+            min: 1.0,
+            max: 4.0,
+            role,
+        }
+    }
+
+    fn card(id: &str, is_own: bool, parameters: Vec<EffectParameter>) -> EffectCard {
+        EffectCard {
+            id: id.into(),
+            title: String::new(),
+            equation: String::new(),
+            description: String::new(),
+            source: String::new(),
+            signature: String::new(),
+            confounders: String::new(),
+            parameters,
+            states: Vec::new(),
+            is_own,
+        }
+    }
+
+    const RATIOS: Scales = Scales {
+        length: 100.0,
+        time: 10.0,
+        mass: 1e-3,
+    };
+
+    fn values(card: &EffectCard, index: usize) -> [f64; 3] {
+        let p = &card.parameters[index];
+        [p.typical, p.min, p.max]
+    }
+
     #[test]
-    fn units_are_taken_apart() {
-        for (unit, expected) in [
-            ("1", [0.0, 0.0, 0.0]),
-            ("N", [1.0, 1.0, -2.0]),
-            ("N/m3", [1.0, -2.0, -2.0]),
-            ("N.s2/m2", [1.0, -1.0, 0.0]),
-            ("m/N", [-1.0, 0.0, 2.0]),
-            ("1/W", [-1.0, -2.0, 3.0]),
-            ("s/m", [0.0, -1.0, 1.0]),
-            ("1/(N.m/s)^0.5", [-0.5, -1.0, 1.5]),
-            ("s-1", [0.0, 0.0, -1.0]),
-        ] {
-            assert_eq!(exponents(unit), Some(expected), "{unit}");
+    fn strengths_are_scaled_and_shapes_hold_both_ranges() {
+        let strength = parameter("k", "N/m", Role::Amplitude);
+        let gap = parameter("g", "m", Role::Shape);
+        let found = on_machine(card("stop", false, vec![strength, gap]), RATIOS);
+        // N/m is kg/s2.
+        for (value, expected) in values(&found, 0).into_iter().zip([2e-5, 1e-5, 4e-5]) {
+            assert!((value / expected - 1.0).abs() < 1e-12, "{value}");
         }
-        for unit in ["K", "", "1//m", "(m", "m*s", "2"] {
-            assert_eq!(exponents(unit), None, "{unit}");
-        }
+        assert_eq!(values(&found, 1), [200.0, 1.0, 400.0]);
+    }
+
+    #[test]
+    fn the_contact_the_track_and_the_user_know_nothing_of_the_machine() {
+        let length = || parameter("length", "m", Role::Shape);
+        let as_stated = [2.0, 1.0, 4.0];
+        let of_contact = card("term_slip_distance_lag", true, vec![length()]);
+        assert_eq!(values(&on_machine(of_contact, RATIOS), 0), as_stated);
+        let phase = parameter("phase", "rad", Role::Phase);
+        let on_track = card("ribs", false, vec![length(), phase]);
+        assert_eq!(values(&on_machine(on_track, RATIOS), 0), as_stated);
+        let force = parameter("f", "N", Role::Amplitude);
+        let of_user = card("mine", true, vec![force]);
+        assert_eq!(values(&on_machine(of_user, RATIOS), 0), as_stated);
     }
 }

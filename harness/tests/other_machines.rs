@@ -1,0 +1,117 @@
+//! Diagnoses of machines that are no beam on a belt and of another size by decades.
+
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+/// An oscillator of grams and millinewtons, as the Silverbox is one: kg, N s/m, N/m.
+const MASS: f64 = 5.4e-6;
+const DAMPER: f64 = 2.3e-4;
+const SPRING: f64 = 1.0;
+/// Rate of its records in Hz and their length.
+const RATE: f64 = 600.0;
+const SAMPLES: usize = 3000;
+/// Noise of its sensor in m, where it moves by 0.05 m.
+const NOISE: f64 = 2e-4;
+
+/// Displacements and forces of the oscillator with a quadratic and a cubic stiffness in N/m2 and N/m3 under a random multisine of 5 to
+/// 140 Hz that is linear between samples, by Runge and Kutta's method at a fortieth of the interval.
+fn record(quadratic: f64, cubic: f64, random: &mut fastrand::Rng) -> Vec<(f64, f64)> {
+    let lines: Vec<(f64, f64)> = (0..200)
+        .map(|_| (5.0 + 135.0 * random.f64(), TAU * random.f64()))
+        .collect();
+    let force = |sample: usize| {
+        let t = sample as f64 / RATE;
+        let of_line = |(f, phase): &(f64, f64)| (TAU * f * t + phase).sin();
+        2.2e-3 * lines.iter().map(of_line).sum::<f64>()
+    };
+    let rate = |(x, v): (f64, f64), f: f64| {
+        let restoring = SPRING * x + quadratic * x * x + cubic * x.powi(3);
+        (v, (f - DAMPER * v - restoring) / MASS)
+    };
+    let along = |(x, v): (f64, f64), (dx, dv): (f64, f64), h: f64| (x + h * dx, v + h * dv);
+    let mut state = (0.0, 0.0);
+    let mut rows = Vec::new();
+    for k in 0..SAMPLES {
+        let (from, to) = (force(k), force(k + 1));
+        let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
+        rows.push((state.0 + NOISE * radius * (TAU * random.f64()).cos(), from));
+        let steps = 40;
+        let h = 1.0 / (RATE * f64::from(steps));
+        for step in 0..steps {
+            let at = |part: f64| from + (to - from) * (f64::from(step) + part) / f64::from(steps);
+            let a = rate(state, at(0.0));
+            let b = rate(along(state, a, 0.5 * h), at(0.5));
+            let c = rate(along(state, b, 0.5 * h), at(0.5));
+            let d = rate(along(state, c, h), at(1.0));
+            let mean = |i: fn((f64, f64)) -> f64| (i(a) + 2.0 * i(b) + 2.0 * i(c) + i(d)) / 6.0;
+            state = along(state, (mean(|s| s.0), mean(|s| s.1)), h);
+        }
+    }
+    rows
+}
+
+/// What is diagnosed from two records of the oscillator of which the linear model is stated.
+fn diagnosed(quadratic: f64, cubic: f64) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = fastrand::Rng::with_seed(5);
+    let mut toml = format!(
+        "[beam]\nnatural_frequencies_hz = [{}]\ndamping_ratios = [{}]\nmasses_kg = [{MASS:e}]\ntip_values = [1.0]\n\
+         [channels]\nexternal_force_column = \"force_n\"\ninput_interpolation = \"linear\"\n",
+        (SPRING / MASS).sqrt() / TAU,
+        DAMPER / (2.0 * (SPRING * MASS).sqrt())
+    );
+    for name in ["a", "b"] {
+        let mut csv = String::from("time_s,tip_displacement_m,force_n\n");
+        for (k, (x, f)) in record(quadratic, cubic, &mut random).iter().enumerate() {
+            let _ = writeln!(csv, "{:.7},{x:.7},{f:.7}", k as f64 / RATE);
+        }
+        std::fs::write(folder.path().join(format!("{name}.csv")), csv).unwrap();
+        let _ = write!(
+            toml,
+            "[[run]]\nfile = \"{name}.csv\"\nbelt_velocity_m_per_s = 0\nnormal_force_n = 0\n"
+        );
+    }
+    std::fs::write(folder.path().join("campaign.toml"), toml).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args(["diagnose", ".", "-o", "diagnosis"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    read(&folder.path().join("diagnosis/diagnosis.json"))
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn check_value(parameter: &Value, hidden: f64) {
+    let number = |key: &str| parameter[key].as_f64().unwrap();
+    let off = number("value") - hidden;
+    assert!(off.abs() < 3.0 * number("std"), "{parameter} for {hidden}");
+    assert!(number("std") < 0.1 * hidden.abs(), "{parameter}");
+}
+
+// Source: the Runge-Kutta integration above, which knows nothing of the model.
+#[test]
+fn val_a_small_oscillator_lacks_a_cubic_spring() {
+    let json = diagnosed(0.0, 4.0);
+    let effects = json["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{}", json["summary"]);
+    assert_eq!(effects[0]["id"], "cubic_stiffness");
+    check_value(&effects[0]["parameters"]["coefficient"], 4.0);
+}
+
+// Source: likewise.
+#[test]
+fn val_a_small_oscillator_with_a_spring_that_differs_with_the_side_gets_a_term() {
+    let json = diagnosed(0.5, 0.0);
+    assert_eq!(json["verdict"], "unknown_effect", "{}", json["summary"]);
+    let terms = json["residual"]["proposed_terms"].as_array().unwrap();
+    assert_eq!(terms[0]["expression"], "-k*w^2");
+    check_value(&terms[0]["parameters"]["k"], 0.5);
+}
