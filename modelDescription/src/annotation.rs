@@ -26,8 +26,8 @@ pub fn write(writer: &mut Writer<Vec<u8>>, layout: &Layout) -> io::Result<()> {
                 .with_attributes([
                     ("version", "1"),
                     ("length", &format!("{:?}", MACHINE.length)),
-                    ("time", &format!("{:?}", MACHINE.time)),
-                    ("mass", &format!("{:?}", MACHINE.mass)),
+                    ("velocity", &format!("{:?}", MACHINE.velocity)),
+                    ("force", &format!("{:?}", MACHINE.force)),
                 ])
                 .write_inner_content(|list| {
                     catalogue(list)?;

@@ -23,8 +23,8 @@ pub static CARD: Card = Card {
         unit: SECOND_PER_METRE,
         start: 0.0,
         typical: 0.2,
-        // Friction that falls with the speed is a matter of the law: a calibration keeps off it. A lubricated guide has 10 (Janot, Gautier
-        // and Brunot 2019: 204 N s/m over 20 N).
+        // Friction that falls with the speed is a matter of the law: a calibration keeps off it. A lubricated guide with 204 N s/m over
+        // 20 N of dry friction (Janot, Gautier and Brunot 2019) has 4 at a coefficient of friction of 0.4.
         min: 0.0,
         max: 30.0,
         role: Role::Amplitude,

@@ -194,7 +194,7 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
     Ok(out)
 }
 
-/// Length, time and mass of the machine on which the values of the cards are met; `None` where the FMU does not say so.
+/// Length, velocity and force of the machine on which the values of the cards are met; `None` where the FMU does not say so.
 ///
 /// # Errors
 /// An annotation that can't be read.
@@ -209,8 +209,8 @@ pub fn machine(fmu: &Fmu) -> Result<Option<Scales>, Error> {
     let scales = || {
         Some(Scales {
             length: number("length")?,
-            time: number("time")?,
-            mass: number("mass")?,
+            velocity: number("velocity")?,
+            force: number("force")?,
         })
     };
     Ok(scales())

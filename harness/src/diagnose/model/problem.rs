@@ -115,7 +115,7 @@ pub struct Problem<'a> {
     pub belt_scale: BeltScale,
     /// Belt speeds in m/s as the campaign states them.
     stated_belt_velocities: Vec<f64>,
-    /// Length, time and mass of the machine measured.
+    /// Length, velocity and force of the machine measured.
     scales: Scales,
     /// Effects that the model offers, with values as they are met on this machine.
     pub catalogue: Vec<EffectCard>,

@@ -1,23 +1,29 @@
-//! Length, time and mass of a machine, and values with a unit on machines of other scales.
+//! Length, velocity and force of a machine, and values with a unit on machines of other scales.
 
 use crate::metric::{median, standard_deviation};
 use crate::observer::{Mode, Smoothed, Structure};
 
-/// Length, time and mass of a machine, in m, s and kg, or ratios of those of two machines.
+/// Length, velocity and force of a machine, in m, m/s and N, or ratios of those of two machines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// Spread of the displacement of the contact.
     pub length: f64,
-    /// That over the spread of its velocity.
-    pub time: f64,
-    /// Mass that a force on the contact moves at once.
-    pub mass: f64,
+    /// Spread of its velocity.
+    pub velocity: f64,
+    /// Force that changes this velocity over that length.
+    pub force: f64,
 }
 
 impl Scales {
-    /// Those of a machine with this structure, of which these are runs that move: medians over the runs of the spread l of the contact's
-    /// displacement and of t = l/v, v the spread of its velocity, and the mass that a force at the contact moves at once,
-    /// `1/m = sum_j phi_j^2/m_j`.
+    /// Those of a machine with this structure, of which these are runs that move. With the median v over the runs of the spread of the
+    /// contact's velocity, the time t and the mass m that a force at the contact moves at once,
+    ///
+    /// ```text
+    /// l = v t,   f = m v/t,   t = 1/w_1,   1/m = sum_j phi_j^2/m_j
+    /// ```
+    ///
+    /// w_1 the lowest natural angular frequency; of masses without a spring l is the spread of the displacement. A sensor of velocities
+    /// tells no slow displacement, hence t from the structure where it has one.
     pub fn of_runs<'s>(structure: &Structure, runs: impl Iterator<Item = &'s Smoothed>) -> Self {
         let (mut lengths, mut velocities): (Vec<f64>, Vec<f64>) = runs
             .map(|run| {
@@ -25,12 +31,16 @@ impl Scales {
                 (length, standard_deviation(&run.velocity))
             })
             .unzip();
-        let (length, velocity) = (median(&mut lengths), median(&mut velocities));
+        let velocity = median(&mut velocities);
+        let sprung = structure.modes().iter().filter(|m| !m.is_free());
+        let lowest = sprung.map(Mode::angular_frequency).reduce(f64::min);
+        let length = lowest.map_or_else(|| median(&mut lengths), |rate| velocity / rate);
         let mobility = |m: &Mode| m.tip_value.powi(2) / m.mass_kg;
+        let mass = structure.modes().iter().map(mobility).sum::<f64>().recip();
         Self {
             length,
-            time: length / velocity,
-            mass: structure.modes().iter().map(mobility).sum::<f64>().recip(),
+            velocity,
+            force: mass * velocity * velocity / length,
         }
     }
 
@@ -42,15 +52,15 @@ impl Scales {
         };
         Self {
             length: decade(self.length, other.length),
-            time: decade(self.time, other.time),
-            mass: decade(self.mass, other.mass),
+            velocity: decade(self.velocity, other.velocity),
+            force: decade(self.force, other.force),
         }
     }
 
-    /// Factor on a value of this unit, for ratios of scales m, l and t: `m^a l^b t^c` for `kg^a m^b s^c`; 1 for a unit that is not known.
+    /// Factor on a value of this unit, for ratios l, v and f of scales: `kg = f l/v^2`, `m = l`, `s = l/v`; 1 for a unit that is not known.
     pub fn factor(self, unit: &str) -> f64 {
         exponents(unit).map_or(1.0, |[kg, m, s]| {
-            self.mass.powf(kg) * self.length.powf(m) * self.time.powf(s)
+            self.force.powf(kg) * self.length.powf(kg + m + s) * self.velocity.powf(-2.0 * kg - s)
         })
     }
 }
@@ -126,20 +136,41 @@ mod tests {
     fn ratios_are_decades() {
         let beam = Scales {
             length: 4e-4,
-            time: 3e-3,
-            mass: 0.05,
+            velocity: 0.1,
+            force: 3.0,
         };
         let other = Scales {
             length: 8e-4,
-            time: 1.0,
-            mass: f64::NAN,
+            velocity: 100.0,
+            force: f64::NAN,
         };
         let expected = Scales {
             length: 1.0,
-            time: 1000.0,
-            mass: 1.0,
+            velocity: 1000.0,
+            force: 1.0,
         };
         assert_eq!(other.over(beam), expected);
+    }
+
+    #[test]
+    fn a_value_is_scaled_as_its_unit_says() {
+        let ratios = Scales {
+            length: 10.0,
+            velocity: 100.0,
+            force: 1e-3,
+        };
+        for (unit, expected) in [
+            ("N", 1e-3),
+            ("m/s", 100.0),
+            ("s", 0.1),
+            ("Hz", 10.0),
+            ("kg", 1e-6),
+            ("N/m3", 1e-6),
+            ("furlong", 1.0),
+        ] {
+            let factor = ratios.factor(unit);
+            assert!((factor / expected - 1.0).abs() < 1e-12, "{unit}: {factor}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! The cards of the catalogue and the library give the strengths and times that are met on one machine: typical ones, and bounds that
 //! set what is believed before any data. A machine that moves a hundred times as far, or weighs a thousandth, meets others: two
-//! machines behave alike where all values agree in units of their own length, time and mass (Buckingham, Phys. Rev. 4 (1914) 345),
+//! machines behave alike where all values agree in units of their own length, velocity and force (Buckingham, Phys. Rev. 4 (1914) 345),
 //! so that each value is scaled as its unit says ([`Scales::factor`]). Bounds are good to a decade, hence the ratios of the scales are
 //! rounded to one: machines of about one size have the same beliefs.
 
@@ -78,8 +78,8 @@ mod tests {
 
     const RATIOS: Scales = Scales {
         length: 100.0,
-        time: 10.0,
-        mass: 1e-3,
+        velocity: 10.0,
+        force: 1e-3,
     };
 
     fn values(card: &EffectCard, index: usize) -> [f64; 3] {
@@ -92,7 +92,6 @@ mod tests {
         let strength = parameter("k", "N/m", Role::Amplitude);
         let gap = parameter("g", "m", Role::Shape);
         let found = on_machine(card("stop", false, vec![strength, gap]), RATIOS);
-        // N/m is kg/s2.
         for (value, expected) in values(&found, 0).into_iter().zip([2e-5, 1e-5, 4e-5]) {
             assert!((value / expected - 1.0).abs() < 1e-12, "{value}");
         }
