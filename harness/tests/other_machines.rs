@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-/// An oscillator of grams and millinewtons, as the Silverbox is one: kg, N s/m, N/m.
+/// An oscillator of milligrams and millinewtons, as the Silverbox is one: kg, N s/m, N/m.
 const MASS: f64 = 5.4e-6;
 const DAMPER: f64 = 2.3e-4;
 const SPRING: f64 = 1.0;

@@ -62,7 +62,7 @@ pub enum Role {
 /// Length in m, velocity in m/s and force in N of a machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Machine {
-    /// Spread of the displacement of the contact.
+    /// Spread of the velocity of the contact over the lowest natural angular frequency.
     pub length: f64,
     /// Spread of its velocity.
     pub velocity: f64,

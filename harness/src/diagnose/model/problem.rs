@@ -177,7 +177,8 @@ impl<'a> Problem<'a> {
             fmu.variable("external_force")?;
         }
         let used = UsableRun::all(&campaign.runs);
-        if !used.iter().any(|u| u.moves) {
+        let moves: Vec<bool> = used.iter().map(|u| u.moves).collect();
+        if !moves.contains(&true) {
             return Err(nothing_moves(campaign));
         }
         let mut remarks: Vec<String> = used.iter().flat_map(|u| u.remarks.clone()).collect();
@@ -254,7 +255,8 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
-        let runs = smoothings.iter().map(|s| &s.stick_slip.smoothed);
+        let runs = smoothings.iter().zip(&moves).filter(|(_, moves)| **moves);
+        let runs = runs.map(|(s, _)| &s.stick_slip.smoothed);
         let scales = Scales::of_runs(&structure, runs);
         let catalogue = cards(fmu, scales)?;
         let problem = Self {

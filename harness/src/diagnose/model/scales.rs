@@ -6,7 +6,7 @@ use crate::observer::{Mode, Smoothed, Structure};
 /// Length, velocity and force of a machine, in m, m/s and N, or ratios of those of two machines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
-    /// Spread of the displacement of the contact.
+    /// How far the contact moves: the spread of its displacement, or that of its velocity over a natural angular frequency.
     pub length: f64,
     /// Spread of its velocity.
     pub velocity: f64,
@@ -190,6 +190,17 @@ mod tests {
         }
         for unit in ["K", "", "1//m", "(m", "m*s", "2"] {
             assert_eq!(exponents(unit), None, "{unit}");
+        }
+    }
+
+    #[test]
+    fn every_unit_of_the_library_is_known() {
+        for file in crate::diagnose::model::library::FILES {
+            let file: toml::Table = toml::from_str(file).unwrap();
+            for parameter in file["parameter"].as_array().unwrap() {
+                let unit = parameter["unit"].as_str().unwrap();
+                assert!(exponents(unit).is_some(), "{}: {unit}", file["id"]);
+            }
         }
     }
 }

@@ -7,29 +7,32 @@
 //! rounded to one: machines of about one size have the same beliefs.
 
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
-use crate::diagnose::model::library::{FORMULA_PREFIX, File, is_library_effect};
+use crate::diagnose::model::library::File;
 use crate::diagnose::model::scales::Scales;
-use crate::diagnose::model::unknown_function::is_unknown_function;
 
 /// The card of an effect of catalogue or library as it is met on a machine with other scales, by their ratios. Curves and formulas that
 /// were found in the campaign hold for it already, as do effects that the user wrote.
 pub fn on_machine(mut card: EffectCard, ratios: Scales) -> EffectCard {
-    let is_found = is_unknown_function(&card.id) || card.id.starts_with(FORMULA_PREFIX);
-    if is_found || (card.is_own && !is_library_effect(&card.id)) {
+    let file = File::of_library(&card.id);
+    if card.is_own && file.is_none() {
         return card;
     }
     let repeats = card.repeats();
-    let is_of_contact = File::of_library(&card.id).is_some_and(|f| f.is_of_contact());
+    let is_of_contact = file.is_some_and(|f| f.is_of_contact());
     for p in &mut card.parameters {
         match p.role {
             Role::Amplitude => scale(p, ratios.factor(&p.unit)),
-            // Asperities know nothing of the machine's size, nor does what is printed on the track.
+            // Constants of the library's friction are those of asperities, which know nothing of the machine's size; nor does what is
+            // printed on the track.
             Role::Shape if is_of_contact || (repeats && p.unit == "m") => {}
             Role::Shape => {
-                // A sensor does not grow with the machine: what was met on the other one may be met here.
+                // A sensor does not grow with the machine: what was met on the other one may be met here. On a linear scale that would
+                // be believed most.
                 let (least, most) = (p.min, p.max);
                 scale(p, ratios.factor(&p.unit));
-                (p.min, p.max) = (p.min.min(least), p.max.max(most));
+                if least > 0.0 {
+                    (p.min, p.max) = (p.min.min(least), p.max.max(most));
+                }
             }
             Role::Phase | Role::Node | Role::Setting => {}
         }
@@ -91,11 +94,16 @@ mod tests {
     fn strengths_are_scaled_and_shapes_hold_both_ranges() {
         let strength = parameter("k", "N/m", Role::Amplitude);
         let gap = parameter("g", "m", Role::Shape);
-        let found = on_machine(card("stop", false, vec![strength, gap]), RATIOS);
+        let mut damper = parameter("c", "N.s/m", Role::Shape);
+        damper.min = 0.0;
+        let found = on_machine(card("stop", false, vec![strength, gap, damper]), RATIOS);
         for (value, expected) in values(&found, 0).into_iter().zip([2e-5, 1e-5, 4e-5]) {
             assert!((value / expected - 1.0).abs() < 1e-12, "{value}");
         }
         assert_eq!(values(&found, 1), [200.0, 1.0, 400.0]);
+        for (value, expected) in values(&found, 2).into_iter().zip([2e-4, 0.0, 4e-4]) {
+            assert!((value - expected).abs() < 1e-12, "{value}");
+        }
     }
 
     #[test]
