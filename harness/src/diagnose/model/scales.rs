@@ -35,12 +35,10 @@ impl Scales {
         let sprung = structure.modes().iter().filter(|m| !m.is_free());
         let lowest = sprung.map(Mode::angular_frequency).reduce(f64::min);
         let length = lowest.map_or_else(|| median(&mut lengths), |rate| velocity / rate);
-        let mobility = |m: &Mode| m.tip_value.powi(2) / m.mass_kg;
-        let mass = structure.modes().iter().map(mobility).sum::<f64>().recip();
         Self {
             length,
             velocity,
-            force: mass * velocity * velocity / length,
+            force: velocity * velocity / (length * structure.inverse_tip_mass()),
         }
     }
 
