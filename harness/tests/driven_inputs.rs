@@ -290,7 +290,7 @@ fn driven_carriage(path: impl Fn(f64) -> f64, seed: u64) -> String {
 // Source: explicit steps of 20 us; the constants are near those published for a servo axis (Janot, Gautier and Brunot 2019,
 // workshop on nonlinear system identification benchmarks).
 #[test]
-fn val_a_servo_axis_shows_its_viscous_friction_and_the_direction_in_which_it_slides_more_easily() {
+fn val_a_servo_axis_shows_its_viscous_guide_and_the_direction_in_which_it_slides_more_easily() {
     let folder = tempfile::tempdir().unwrap();
     let tau = std::f64::consts::TAU;
     let slow = |t: f64| 0.12 * (tau * 0.31 * t).sin() + 0.02 * (tau * 1.3 * t).sin();
@@ -309,14 +309,29 @@ fn val_a_servo_axis_shows_its_viscous_friction_and_the_direction_in_which_it_sli
             "[[run]]\nfile = \"{name}.csv\"\nbelt_velocity_m_per_s = 0\nnormal_force_n = 900\n"
         );
     }
-    std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
-    let json = tried(folder.path(), &["viscous_friction", "term_constant_force"]);
-    assert_eq!(json["verdict"], "effect_found", "{}", json["summary"]);
-    let value = |of: &serde_json::Value| of["value"].as_f64().unwrap();
-    let force = value(&json["effects"][1]["parameters"]["f"]);
-    assert!((force / 3.2 - 1.0).abs() < 0.01, "{force} N");
-    let mass = value(&json["calibrated"]["mass"]);
-    assert!((mass / 95.0 - 1.0).abs() < 0.002, "{mass} kg");
+    std::fs::write(folder.path().join("campaign.toml"), &text).unwrap();
+    let value = |of: &Value| of["value"].as_f64().unwrap();
+    let json = tried(folder.path(), &["term_constant_force"]);
+    let rate = &json["calibrated"]["mode[1].damping_rate"];
+    let off = value(rate) - 203.5 / 95.0;
+    let std = rate["std"].as_f64().unwrap();
+    assert!(off.abs() < 3.0 * std && std < 0.1, "{rate}");
+    // A guide of which it is stated that it does not brake leaves the braking to friction.
+    let at = folder.path().join("campaign.toml");
+    std::fs::write(
+        &at,
+        text.replace("[channels]", "damping_rates_per_s = [0]\n[channels]"),
+    )
+    .unwrap();
+    let without = tried(folder.path(), &["viscous_friction", "term_constant_force"]);
+    assert!(without["calibrated"].get("mode[1].damping_rate").is_none());
+    for (json, place) in [(&json, 0), (&without, 1)] {
+        assert_eq!(json["verdict"], "effect_found", "{}", json["summary"]);
+        let force = value(&json["effects"][place]["parameters"]["f"]);
+        assert!((force / 3.2 - 1.0).abs() < 0.01, "{force} N");
+        let mass = value(&json["calibrated"]["mass"]);
+        assert!((mass / 95.0 - 1.0).abs() < 0.002, "{mass} kg");
+    }
 }
 
 #[test]

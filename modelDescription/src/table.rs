@@ -17,8 +17,8 @@ use beam_physics::beam::{Beam, MAX_MODES};
 use beam_physics::effects::CATALOGUE;
 use beam_physics::friction::{Exponential, FrictionLaw, MAX_TABLE};
 use beam_physics::unit::{
-    HERTZ, JOULE, KILOGRAM, METRE, METRE_PER_SECOND, METRE_PER_SECOND2, NEWTON, ONE, SECOND,
-    SECOND_PER_METRE, Unit, WATT,
+    HERTZ, JOULE, KILOGRAM, METRE, METRE_PER_SECOND, METRE_PER_SECOND2, NEWTON, ONE, PER_SECOND,
+    SECOND, SECOND_PER_METRE, Unit, WATT,
 };
 use std::sync::LazyLock;
 
@@ -492,6 +492,17 @@ fn modes(table: &mut Vec<Variable>) {
                 )
             });
         }
+        table.push(Variable {
+            min: Some(0.0),
+            ..parameter(
+                base + 9,
+                format!("mode[{n}].damping_rate"),
+                Quantity::Mode(j, ModeItem::DampingRate),
+                Kind::Real(PER_SECOND),
+                0.0,
+                format!("Viscous damping per modal mass of mode {n}, c/m beside 2 D w: that of a mass without a spring"),
+            )
+        });
         table.push(parameter(
             base + 8,
             format!("mode[{n}].sensor_ratio"),

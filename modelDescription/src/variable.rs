@@ -62,6 +62,8 @@ pub enum ModeItem {
     Frequency,
     /// Damping ratio.
     DampingRatio,
+    /// Viscous damping per modal mass in 1/s, beside the ratio.
+    DampingRate,
     /// Modal mass in kg.
     Mass,
     /// Value of the mode shape at the tip.

@@ -206,6 +206,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
     let mut modes = [ModalOscillator {
         frequency: ZERO,
         damping_ratio: ZERO,
+        damping_rate: ZERO,
         mass: ZERO,
         tip_value: ZERO,
     }; MAX_MODES];
@@ -224,6 +225,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
             Quantity::Mode(j, item) => match item {
                 ModeItem::Frequency => modes[j].frequency = quantity,
                 ModeItem::DampingRatio => modes[j].damping_ratio = quantity,
+                ModeItem::DampingRate => modes[j].damping_rate = quantity,
                 ModeItem::Mass => modes[j].mass = quantity,
                 ModeItem::TipValue => modes[j].tip_value = quantity,
                 ModeItem::SensorRatio => out.sensor_ratios[j] = quantity,

@@ -8,13 +8,15 @@ use std::sync::OnceLock;
 /// Most modes a model may have, effects that add modes included.
 pub const MAX_MODES: usize = 8;
 
-/// One modal oscillator, `q'' + 2 D w q' + w^2 q = phi(1) F / m` with `w = 2 pi f`.
+/// One modal oscillator, `q'' + (2 D w + d) q' + w^2 q = phi(1) F / m` with `w = 2 pi f`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModalOscillator {
-    /// Natural frequency f in Hz; 0 is a mass that slides freely, without spring or damper.
+    /// Natural frequency f in Hz; 0 is a mass that slides freely, without a spring.
     pub frequency: Real,
     /// Damping ratio D.
     pub damping_ratio: Real,
+    /// Viscous damping per modal mass d = c/m in 1/s, beside what the ratio gives: that of a mass without a spring.
+    pub damping_rate: Real,
     /// Modal mass m in kg.
     pub mass: Real,
     /// Value of the mode shape at the tip, phi(1).
@@ -25,6 +27,11 @@ impl ModalOscillator {
     /// Natural angular frequency w = 2 pi f in rad/s.
     pub fn angular_frequency(&self) -> Real {
         2.0 * PI * self.frequency
+    }
+
+    /// Factor of the modal velocity in the equation of motion, `2 D w + d` in 1/s.
+    pub fn damping(&self) -> Real {
+        2.0 * self.damping_ratio * self.angular_frequency() + self.damping_rate
     }
 }
 
@@ -65,8 +72,8 @@ impl Beam {
     /// A structure from given modal data.
     ///
     /// # Errors
-    /// No mode or more than [`MAX_MODES`]; a mass that is not positive; a negative frequency or
-    /// damping ratio; a tip value that is zero or not finite for all modes.
+    /// No mode or more than [`MAX_MODES`]; a mass that is not positive; a negative frequency,
+    /// damping ratio or rate; a tip value that is zero or not finite for all modes.
     pub fn new(modes: &[ModalOscillator]) -> Result<Self, PhysicsError> {
         if modes.is_empty() || modes.len() > MAX_MODES {
             return Err(PhysicsError::ModeCount {
@@ -88,6 +95,13 @@ impl Beam {
                 &name("damping_ratio"),
                 mode.damping_ratio,
                 "1",
+                "zero or positive",
+            )?;
+            require(
+                mode.damping_rate >= 0.0,
+                &name("damping_rate"),
+                mode.damping_rate,
+                "1/s",
                 "zero or positive",
             )?;
             require(mode.mass > 0.0, &name("mass"), mode.mass, "kg", "positive")?;
@@ -153,6 +167,7 @@ impl Beam {
                     .or(damping_ratios.last())
                     .copied()
                     .unwrap_or(ZERO),
+                damping_rate: ZERO,
                 mass,
                 tip_value: if j % 2 == 0 { real(2.0) } else { real(-2.0) },
             })
@@ -353,6 +368,7 @@ mod tests {
         let bad = ModalOscillator {
             frequency: 80.0,
             damping_ratio: 0.0,
+            damping_rate: 0.0,
             mass: -1.0,
             tip_value: 2.0,
         };

@@ -20,7 +20,7 @@ pub struct Energy {
     pub external_work: Real,
     /// Heat in the contact, `- integral F v_r dt`.
     pub contact_dissipation: Real,
-    /// Heat in the structure, `integral sum 2 D_j w_j m_j q_j'^2 dt`.
+    /// Heat in the structure, `integral sum (2 D_j w_j + d_j) m_j q_j'^2 dt`.
     pub structural_dissipation: Real,
 }
 

@@ -249,7 +249,7 @@ impl Model {
         for (j, mode) in beam.modes().iter().enumerate() {
             let w = mode.angular_frequency();
             model.stiffness[j] = w * w;
-            model.damping[j] = 2.0 * mode.damping_ratio * w;
+            model.damping[j] = mode.damping();
             model.tip_value[j] = mode.tip_value;
             model.gain[j] = mode.tip_value / mode.mass;
         }
@@ -802,7 +802,7 @@ impl Model {
             .sum()
     }
 
-    /// Power in W that structural damping takes: `sum 2 D_j w_j m_j q_j'^2`.
+    /// Power in W that structural damping takes: `sum (2 D_j w_j + d_j) m_j q_j'^2`.
     pub fn structural_dissipation(&self, x: &State) -> Real {
         self.beam
             .modes()

@@ -69,6 +69,8 @@ pub const NEWTON_SECOND_PER_METRE: Unit = unit("N.s/m", 1, 0, -1, 0);
 pub const NEWTON_SECOND2_PER_METRE2: Unit = unit("N.s2/m2", 1, -1, 0, 0);
 /// Hertz.
 pub const HERTZ: Unit = unit("Hz", 0, 0, -1, 0);
+/// One per second: a rate of decay.
+pub const PER_SECOND: Unit = unit("1/s", 0, 0, -1, 0);
 /// Radian.
 pub const RADIAN: Unit = unit("rad", 0, 0, 0, 1);
 /// Joule.
@@ -93,6 +95,7 @@ pub const ALL: &[Unit] = &[
     NEWTON_SECOND_PER_METRE,
     NEWTON_SECOND2_PER_METRE2,
     HERTZ,
+    PER_SECOND,
     RADIAN,
     JOULE,
     WATT,

@@ -21,6 +21,7 @@ fn slider(damping_ratio: f64, mu_s: f64, mu_k: f64) -> ModelParameters {
         beam: Beam::new(&[ModalOscillator {
             frequency: FREQUENCY,
             damping_ratio,
+            damping_rate: 0.0,
             mass: MASS,
             tip_value: 1.0,
         }])

@@ -21,6 +21,7 @@ fn oscillator(friction: FrictionLaw) -> ModelParameters {
     let mode = ModalOscillator {
         frequency: FREQUENCY,
         damping_ratio: DAMPING_RATIO,
+        damping_rate: 0.0,
         mass: MASS,
         tip_value: PHI,
     };

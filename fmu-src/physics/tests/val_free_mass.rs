@@ -20,6 +20,7 @@ fn free_mass() -> ModelParameters {
     let mode = ModalOscillator {
         frequency: 0.0,
         damping_ratio: 0.3,
+        damping_rate: 0.0,
         mass: MASS,
         tip_value: 1.0,
     };
@@ -78,6 +79,65 @@ fn val_a_pushed_mass_slides_uniformly_and_stops_when_the_push_ends() {
 }
 
 #[test]
+fn val_a_viscous_guide_limits_the_velocity_of_a_pushed_mass() {
+    // Source: linear equation of motion v' = a - d v from rest: v = a (1 - e^(-d t))/d, w = (a t - v)/d.
+    let (force, rate) = (30.0, 2.1);
+    let mut parameters = free_mass();
+    let mode = ModalOscillator {
+        damping_rate: rate,
+        ..parameters.beam.modes()[0]
+    };
+    parameters.beam = Beam::new(&[mode]).unwrap();
+    let start = moving(0.0, StartContact::Automatic);
+    let mut run = Simulation::new(&parameters, pushed(0.0, force), &start, 1e-12).unwrap();
+    run.advance_to(0.7).unwrap();
+    let a = (force - MU_K * LOAD) / MASS;
+    let v = a * (1.0 - (-rate * 0.7f64).exp()) / rate;
+    assert_relative_eq!(run.state()[1], v, max_relative = 1e-10);
+    assert_relative_eq!(run.state()[0], (a * 0.7 - v) / rate, max_relative = 1e-10);
+    let message = Beam::new(&[ModalOscillator {
+        damping_rate: -1.0,
+        ..mode
+    }])
+    .unwrap_err()
+    .to_string();
+    assert!(
+        message.contains("mode[1].damping_rate = -1 1/s"),
+        "{message}"
+    );
+}
+
+#[test]
+fn val_a_rate_damps_a_spring_as_its_ratio_does() {
+    // Source: 2 D w q' of the equation of motion, D = d/(2 w).
+    let (frequency, ratio) = (7.0, 0.02);
+    let velocity = |damping_ratio: f64, damping_rate: f64| {
+        let mode = ModalOscillator {
+            frequency,
+            damping_ratio,
+            damping_rate,
+            mass: MASS,
+            tip_value: 1.0,
+        };
+        let parameters = ModelParameters {
+            beam: Beam::new(&[mode]).unwrap(),
+            ..free_mass()
+        };
+        let start = moving(0.4, StartContact::Automatic);
+        let mut run = Simulation::new(&parameters, pushed(0.1, 0.0), &start, 1e-12).unwrap();
+        run.advance_to(0.5).unwrap();
+        run.state()[1]
+    };
+    let rate = 2.0 * ratio * std::f64::consts::TAU * frequency;
+    assert_relative_eq!(
+        velocity(0.0, rate),
+        velocity(ratio, 0.0),
+        max_relative = 1e-9
+    );
+    assert!((velocity(0.0, rate) - velocity(0.0, 0.0)).abs() > 1e-3);
+}
+
+#[test]
 fn val_a_ramp_breaks_the_mass_away_at_the_static_limit() {
     // Source: Coulomb's law: away at F = mu_s F_N, then w'' = (F_0 + r t - mu_k F_N)/m.
     let rate = 8.0;
@@ -123,6 +183,7 @@ fn free_masses_run_with_every_law_and_effect_and_beside_modes_with_springs() {
             .push(ModalOscillator {
                 frequency: 90.0,
                 damping_ratio: 0.01,
+                damping_rate: 0.0,
                 mass: 1.0,
                 tip_value: 0.7,
             })

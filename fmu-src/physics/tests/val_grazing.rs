@@ -124,6 +124,7 @@ fn slipping(share: f64) -> Simulation {
         beam: Beam::new(&[ModalOscillator {
             frequency: 40.0,
             damping_ratio: 0.0,
+            damping_rate: 0.0,
             mass: 0.5,
             tip_value: 1.0,
         }])

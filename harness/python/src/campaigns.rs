@@ -29,6 +29,7 @@ pub fn load_campaign(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict
         campaign.beam.natural_frequencies_hz,
     )?;
     beam.set_item("damping_ratios", campaign.beam.damping_ratios)?;
+    beam.set_item("damping_rates_per_s", campaign.beam.damping_rates_per_s)?;
     beam.set_item("masses_kg", campaign.beam.masses_kg)?;
     beam.set_item("tip_values", campaign.beam.tip_values)?;
     let runs = PyList::empty(py);

@@ -34,6 +34,7 @@ impl OperatingPoint {
         let lists = [
             ("frequency", &beam.natural_frequencies_hz),
             ("damping_ratio", &beam.damping_ratios),
+            ("damping_rate", &beam.damping_rates_per_s),
             ("mass", &beam.masses_kg),
             ("tip_value", &beam.tip_values),
             ("sensor_ratio", &beam.sensor.ratios),

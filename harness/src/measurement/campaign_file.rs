@@ -91,11 +91,13 @@ enum OneOrEach {
 struct RawBeam {
     natural_frequencies_hz: Option<Vec<Spanned<f64>>>,
     damping_ratios: Option<Vec<Spanned<f64>>>,
+    damping_rates_per_s: Option<Vec<Spanned<f64>>>,
     mass_kg: Option<Spanned<f64>>,
     masses_kg: Option<Vec<Spanned<f64>>>,
     tip_values: Option<Vec<Spanned<f64>>>,
     natural_frequencies_std_hz: Option<Spanned<OneOrEach>>,
     damping_ratios_std: Option<Spanned<OneOrEach>>,
+    damping_rates_std_per_s: Option<Spanned<OneOrEach>>,
     mass_std_kg: Option<Spanned<OneOrEach>>,
     tip_values_std: Option<Spanned<OneOrEach>>,
 }
@@ -452,6 +454,12 @@ impl Check<'_> {
                 NOT_NEGATIVE,
                 raw.damping_ratios,
             )?,
+            damping_rates_per_s: self.list(
+                "[beam] damping_rates_per_s",
+                "1/s",
+                NOT_NEGATIVE,
+                raw.damping_rates_per_s,
+            )?,
             masses_kg: self.list("[beam] masses_kg", "kg", POSITIVE, raw.masses_kg)?,
             tip_values: self.list("[beam] tip_values", "1", NOT_ZERO, raw.tip_values)?,
             sensor: SensorPlace::default(),
@@ -467,6 +475,7 @@ impl Check<'_> {
         beam.sensor = self.sensor("[sensor]", sensor, modes)?;
         let lists = [
             ("damping_ratios", beam.damping_ratios.len()),
+            ("damping_rates_per_s", beam.damping_rates_per_s.len()),
             ("masses_kg", beam.masses_kg.len()),
             ("tip_values", beam.tip_values.len()),
         ];
@@ -485,6 +494,11 @@ impl Check<'_> {
                         ("damping_ratios_std", "1"),
                         raw.damping_ratios_std,
                         ("damping_ratios", &beam.damping_ratios),
+                    )?,
+                    damping_rates: self.shares_of_modes(
+                        ("damping_rates_std_per_s", "1/s"),
+                        raw.damping_rates_std_per_s,
+                        ("damping_rates_per_s", &beam.damping_rates_per_s),
                     )?,
                     masses: self.shares_of_modes(
                         ("mass_std_kg", "kg"),

@@ -77,6 +77,8 @@ pub struct BeamKnowledge {
     pub natural_frequencies_hz: Vec<f64>,
     /// Damping ratios, 1.
     pub damping_ratios: Vec<f64>,
+    /// Viscous damping per modal mass beside the ratios, 1/s: that of masses without a spring.
+    pub damping_rates_per_s: Vec<f64>,
     /// Modal masses, kg; a single `mass_kg` in the file stands for every mode.
     pub masses_kg: Vec<f64>,
     /// Mode shapes' values at the tip, 1.

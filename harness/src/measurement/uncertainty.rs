@@ -26,6 +26,8 @@ pub struct OfModes {
     pub frequencies: Vec<f64>,
     /// Of the damping ratios.
     pub damping_ratios: Vec<f64>,
+    /// Of the damping rates.
+    pub damping_rates: Vec<f64>,
     /// Of the modal masses.
     pub masses: Vec<f64>,
     /// Of the mode shapes at the tip.
@@ -62,6 +64,11 @@ impl Uncertainty {
     /// Of its damping ratio.
     pub fn damping_ratio(&self, j: usize) -> f64 {
         stated(&self.of_modes.damping_ratios, j).unwrap_or(DAMPING_STD)
+    }
+
+    /// Of its damping rate, which scatters as a ratio does.
+    pub fn damping_rate(&self, j: usize) -> f64 {
+        stated(&self.of_modes.damping_rates, j).unwrap_or(DAMPING_STD)
     }
 
     /// Of its participation `phi_j^2 / m_j`: that of the mass and twice that of the tip value together.

@@ -4,7 +4,7 @@ use super::series::EffectSeries;
 use super::{Card, ContactForce, Context, Effect, Motion, Parameter, Role, StateVariable};
 use crate::beam::{Beam, ModalOscillator};
 use crate::error::PhysicsError;
-use crate::real::Real;
+use crate::real::{Real, ZERO};
 use crate::unit::{HERTZ, METRE, METRE_PER_SECOND, ONE};
 
 /// Describes the effect.
@@ -78,6 +78,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
     Ok(Some(Box::new(ThirdMode(ModalOscillator {
         frequency,
         damping_ratio,
+        damping_rate: ZERO,
         mass: modes[0].mass,
         tip_value,
     }))))

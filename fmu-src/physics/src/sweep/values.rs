@@ -141,6 +141,7 @@ impl Values {
             let found = match (head, tail) {
                 ("mode", ".frequency") => self.modes.get_mut(i).map(|m| &mut m.frequency),
                 ("mode", ".damping_ratio") => self.modes.get_mut(i).map(|m| &mut m.damping_ratio),
+                ("mode", ".damping_rate") => self.modes.get_mut(i).map(|m| &mut m.damping_rate),
                 ("mode", ".mass") => self.modes.get_mut(i).map(|m| &mut m.mass),
                 ("mode", ".tip_value") => self.modes.get_mut(i).map(|m| &mut m.tip_value),
                 ("mode", ".sensor_ratio") => self.sensor_ratios.get_mut(i),

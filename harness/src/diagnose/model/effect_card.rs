@@ -204,16 +204,29 @@ pub fn machine(fmu: &Fmu) -> Result<Option<Scales>, Error> {
     };
     let document = read(fmu, xml)?;
     let mut nodes = document.descendants();
-    let catalogue = nodes.find(|node| node.has_tag_name("EffectCatalogue"));
-    let number = |name| catalogue?.attribute(name)?.parse().ok();
-    let scales = || {
-        Some(Scales {
-            length: number("length")?,
-            velocity: number("velocity")?,
-            force: number("force")?,
+    let Some(catalogue) =
+        nodes.find(|node| node.has_tag_name("EffectCatalogue") && node.has_attribute("length"))
+    else {
+        return Ok(None);
+    };
+    let number = |name: &str| {
+        let text = catalogue.attribute(name).unwrap_or_default();
+        let value = text
+            .parse()
+            .ok()
+            .filter(|v: &f64| *v > 0.0 && v.is_finite());
+        value.ok_or_else(|| Error::FmuDescription {
+            path: fmu.path().to_owned(),
+            problem: format!(
+                "EffectCatalogue: {name} = '{text}' is no positive number; length (m), velocity (m/s) and force (N) say together on which machine its values are met"
+            ),
         })
     };
-    Ok(scales())
+    Ok(Some(Scales {
+        length: number("length")?,
+        velocity: number("velocity")?,
+        force: number("force")?,
+    }))
 }
 
 /// The annotation as a document.

@@ -1,7 +1,7 @@
 //! What to believe of the friction constants before any fit.
 //!
-//! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, friction and
-//! sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
+//! The FMU's start values describe the pair of surfaces it was made for. Measured on another pair, and so on a machine of another size,
+//! friction and sliding speeds may be off by factors, and a fit that starts there is lost. So the smoothed slip force, which needs no
 //! law, is compared first with `mu(v) F_N` at its sliding speeds: where the two agree within [`FOREIGN`] in the median, or
 //! in a straight line through their ratio carried on to rest, the start values are the prior; else a law fitted to the observed
 //! coefficient is, with wide spreads.
@@ -87,9 +87,14 @@ pub struct FrictionPrior {
 }
 
 impl FrictionPrior {
-    /// The beliefs for a campaign's runs. Where a velocity was measured, the level of the smoothed force is that of the start
+    /// The beliefs for a campaign's runs, of the machine that the start values hold for or of another. Where a velocity was measured, the level of the smoothed force is that of the start
     /// values, so that other surfaces are not recognised.
-    pub fn new(expected: StartFriction, runs: &[Run], smoothings: &[Smoothing]) -> Self {
+    pub fn new(
+        expected: StartFriction,
+        is_other_machine: bool,
+        runs: &[Run],
+        smoothings: &[Smoothing],
+    ) -> Self {
         let StartFriction {
             mu_0,
             v1,
@@ -125,7 +130,8 @@ impl FrictionPrior {
         };
         // Friction that rises with the sliding speed is another effect on the same surfaces: at rest the two agree.
         let is_foreign = |r: f64| r > 0.0 && r.ln().abs() > FOREIGN;
-        if !(is_foreign(ratio) && is_foreign(line(&pooled).0)) {
+        let is_off = is_foreign(ratio) && is_foreign(line(&pooled).0);
+        if !(is_off || is_other_machine && ratio > 0.0) {
             return as_made;
         }
         let typical_speed = median(&mut speeds);

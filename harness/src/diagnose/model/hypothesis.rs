@@ -7,6 +7,7 @@ use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
 use crate::diagnose::model::further_sensors::{FurtherSensors, constants_of_run, shared_constants};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
+use crate::diagnose::model::scales::Scales;
 use crate::diagnose::model::sensor_ratios::sensor_ratios;
 use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
@@ -230,7 +231,7 @@ impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
     /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
-    /// what was measured, `belt` the standard deviation of the belief in its belt speeds, as a share.
+    /// what was measured, `belt` the standard deviation of the belief in its belt speeds, as a share, `scales` those of the machine.
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
@@ -240,7 +241,7 @@ impl Hypothesis {
         catalogue: &[EffectCard],
         choices: &[Choice],
         tracks: &[Track],
-        (spread, belt): (f64, f64),
+        (spread, belt, scales): (f64, f64, Scales),
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
@@ -270,6 +271,32 @@ impl Hypothesis {
                 reference(&at("frequency"))?,
                 reference(&at("damping_ratio"))?,
             );
+            let rate = fmu.variable(&at("damping_rate"));
+            let stated_rate = campaign.beam.damping_rates_per_s.get(j).copied();
+            match (rate, stated_rate) {
+                (Ok(rate), Some(value)) if mode.is_free() && value > 0.0 => {
+                    let std = known.damping_rate(j);
+                    shared.push(log(
+                        at("damping_rate"),
+                        "1/s",
+                        rate.reference,
+                        value,
+                        std,
+                        30.0,
+                    ));
+                }
+                // A guide brakes its mass on the way: where nothing is known of it, as much as its friction does, to a decade.
+                (Ok(rate), None) if mode.is_free() => shared.push(log(
+                    at("damping_rate"),
+                    "1/s",
+                    rate.reference,
+                    scales.velocity / scales.length,
+                    std::f64::consts::LN_10,
+                    1e3,
+                )),
+                (Ok(rate), Some(value)) => fixed.push((rate.reference, value)),
+                _ => {}
+            }
             if mode.is_free() {
                 fixed.extend([(frequency, 0.0), (damping, 0.0)]);
             } else {

@@ -66,16 +66,10 @@ fn nothing_moves(campaign: &Campaign) -> Error {
     }
 }
 
-/// Effects that the model offers, with values as they are met on a machine with these scales.
-fn cards(fmu: &Fmu, scales: Scales) -> Result<Vec<EffectCard>, Error> {
+/// Effects that the model offers, with values as they are met on a machine whose scales have these ratios to those of the FMU's.
+fn cards(fmu: &Fmu, ratios: Scales) -> Result<Vec<EffectCard>, Error> {
     let cards = candidates(fmu)?;
-    Ok(match machine(fmu)? {
-        Some(machine) => {
-            let ratios = scales.over(machine);
-            cards.into_iter().map(|c| on_machine(c, ratios)).collect()
-        }
-        None => cards,
-    })
+    Ok(cards.into_iter().map(|c| on_machine(c, ratios)).collect())
 }
 
 /// Horizon of a prediction in s: a cycle and a half of the lowest mode, most of the shortest stick-slip cycle, and enough samples
@@ -117,6 +111,8 @@ pub struct Problem<'a> {
     stated_belt_velocities: Vec<f64>,
     /// Length, velocity and force of the machine measured.
     scales: Scales,
+    /// Their ratios to those of the machine that the FMU's values hold for.
+    ratios: Scales,
     /// Effects that the model offers, with values as they are met on this machine.
     pub catalogue: Vec<EffectCard>,
     /// Whether each of them can act in this campaign; all, before it was asked.
@@ -258,11 +254,14 @@ impl<'a> Problem<'a> {
         let runs = smoothings.iter().zip(&moves).filter(|(_, moves)| **moves);
         let runs = runs.map(|(s, _)| &s.stick_slip.smoothed);
         let scales = Scales::of_runs(&structure, runs);
-        let catalogue = cards(fmu, scales)?;
+        let ratios = machine(fmu)?.map_or(Scales::ALIKE, |machine| scales.over(machine));
+        let catalogue = cards(fmu, ratios)?;
+        let is_other_machine = ratios != Scales::ALIKE;
         let problem = Self {
             acts: vec![true; catalogue.len()],
             catalogue,
             scales,
+            ratios,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
             noise,
@@ -272,7 +271,7 @@ impl<'a> Problem<'a> {
                 .map(|r| standard_deviation(&r.measured))
                 .collect(),
             held_out: rule.of(&campaign),
-            friction: FrictionPrior::new(expected, &campaign.runs, &smoothings),
+            friction: FrictionPrior::new(expected, is_other_machine, &campaign.runs, &smoothings),
             spectra: Spectra::default(),
             remarks,
             finished: FinishedWork::default(),
@@ -342,7 +341,7 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// An annotation of effects that can't be read.
     pub fn widen(&mut self, fmu: &'a Fmu, formula_files: Vec<String>) -> Result<(), Error> {
-        self.catalogue = cards(fmu, self.scales)?;
+        self.catalogue = cards(fmu, self.ratios)?;
         // What is added was found in this campaign.
         self.acts.resize(self.catalogue.len(), true);
         self.fmu = fmu;
@@ -382,7 +381,7 @@ impl<'a> Problem<'a> {
             &self.catalogue,
             choices,
             &self.tracks,
-            (self.mean_spread(), self.belt_scale.std),
+            (self.mean_spread(), self.belt_scale.std, self.scales),
             &self.friction,
         )
     }

@@ -15,6 +15,13 @@ pub struct Scales {
 }
 
 impl Scales {
+    /// Ratios of two machines of one size.
+    pub const ALIKE: Self = Self {
+        length: 1.0,
+        velocity: 1.0,
+        force: 1.0,
+    };
+
     /// Those of a machine with this structure, of which these are runs that move. With the median v over the runs of the spread of the
     /// contact's velocity, the time t and the mass m that a force at the contact moves at once,
     ///

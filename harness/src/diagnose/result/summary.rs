@@ -57,7 +57,7 @@ pub(crate) fn remarks(
     }
     if let Some(ratio) = problem.friction.foreign {
         out.push(format!(
-            "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces. The friction constants were started from the measured force instead."
+            "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces, or another machine. The friction constants were started from the measured force instead."
         ));
     }
     for (index, parameter) in fitted.hypothesis.shared.iter().enumerate() {

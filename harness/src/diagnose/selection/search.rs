@@ -53,9 +53,6 @@ pub(crate) struct Exploration<'a> {
     pub singles: Vec<FittedModel>,
     /// The reference model held to what is believed of it, once that was needed.
     held_alone: Option<FittedModel>,
-    /// Effects of the library that were not fitted yet, those first that a score test promises most of; `None` before they were
-    /// ordered.
-    library: Option<Vec<Promised>>,
     /// Pairs tried, best first.
     pub pairs: Vec<FittedModel>,
     /// Pairs that were compared to first order alone ([`subset_search::Searched`]); `None` before sets were searched.
@@ -99,7 +96,6 @@ pub(crate) fn explore<'a>(
         race: race.entrants,
         singles,
         held_alone: None,
-        library: None,
         pairs: Vec::new(),
         untried: None,
         tested: Vec::new(),
@@ -108,8 +104,10 @@ pub(crate) fn explore<'a>(
         found.search_sets()?;
     } else if !problem.place_is_told() {
         watch.stage(stages::LIBRARY);
-        let most = found.library_rivals()?;
-        found.add_library_effects(most)?;
+        // On whole segments a fit of another effect may lose its way.
+        if found.library_may_explain()? {
+            found.search_on_windows(&[])?;
+        }
     }
     found.compare_adequate()?;
     // What seemed adequate may have fallen on all segments.
@@ -130,7 +128,7 @@ pub(crate) fn explore<'a>(
     // explains all, the whole library competes.
     if found.needs_unknown_functions() && !found.is_adequate() {
         watch.stage(stages::LIBRARY);
-        found.add_library_effects(usize::MAX)?;
+        found.add_library_effects()?;
     }
     // What has no name comes after all that has one.
     if found.needs_unknown_functions() {
@@ -501,48 +499,45 @@ impl Exploration<'_> {
         })
     }
 
-    /// The effects of the library that were not fitted yet, best first by what a score test promises of them.
-    fn library_left(&mut self) -> Result<Vec<Promised>, Error> {
-        match self.library.take() {
-            Some(left) => Ok(left),
-            None => self.by_promise(&self.calibrated, library(self.problem)),
-        }
+    /// The effects of the library, best first by what a score test beside the calibrated model promises of them.
+    fn ordered_library(&self) -> Result<Vec<Promised>, Error> {
+        self.by_promise(&self.calibrated, library(self.problem))
     }
 
-    /// How many effects of the library may explain the data as well as the best single effect does, which is adequate and fitted to its
-    /// end: those of which a score test at the calibrated model promises no less than of that, and all where it leaves segments unmet.
-    /// None where nothing is named but the calibrated model, beside which they are tested anyway.
-    fn library_rivals(&mut self) -> Result<usize, Error> {
+    /// The best single effect, where it is more than the calibrated model.
+    fn named(&self) -> Option<&FittedModel> {
         let posterior = |model: &FittedModel| log_posterior(self.problem, model);
-        let is_named = |single: &&FittedModel| {
+        self.singles.first().filter(|single| {
             !self.calibrated.reaches_floor() || posterior(single) > posterior(&self.calibrated)
-        };
-        let Some(best) = self.singles.first().filter(is_named) else {
-            return Ok(0);
+        })
+    }
+
+    /// Whether an effect of the library may explain the data as well as the best single effect does, which is adequate and fitted to its
+    /// end: it leaves segments unmet, or a score test at the calibrated model promises no less of another. Not where nothing is named but
+    /// the calibrated model, beside which they are tested anyway.
+    fn library_may_explain(&self) -> Result<bool, Error> {
+        let Some(best) = self.named() else {
+            return Ok(false);
         };
         if best.leaves_segments() {
-            return Ok(usize::MAX);
+            return Ok(true);
         }
         let jobs = [best.choices.clone()];
         let gained = self.calibrated.score() - best.score();
         let promised = self.screen.promises(&jobs, &self.calibrated, self.watch)?;
         let least = promised[0].as_ref().map_or(gained, |p| p.gain);
-        let left = self.library_left()?;
-        let no_less = |(_, p): &&Promised| p.as_ref().is_some_and(|p| p.gain >= least);
-        let count = left.iter().take_while(no_less).count();
-        self.library = Some(left);
-        Ok(count.min(LIBRARY_BATCH))
+        let of_library = self.ordered_library()?;
+        let first = of_library.first().and_then(|(_, p)| p.as_ref());
+        Ok(first.is_some_and(|p| p.gain >= least))
     }
 
-    /// Effects of the library as the only thing that the calibrated model lacks, hypotheses like the others: `most` of those that were
-    /// not fitted yet, until one is adequate and meets all segments. A score test orders them. Far from the noise it can't tell more.
-    fn add_library_effects(&mut self, most: usize) -> Result<(), Error> {
+    /// Effects of the library as the only thing that the calibrated model lacks, hypotheses like the others, until one is adequate and
+    /// meets all segments. A score test orders them. Far from the noise it can't tell more.
+    fn add_library_effects(&mut self) -> Result<(), Error> {
         let (screen, watch) = (self.screen, self.watch);
         let alone = self.calibrated.clone();
-        let mut left = self.library_left()?;
-        let later = left.split_off(most.min(left.len()));
-        self.library = Some(later);
-        let jobs: Vec<Vec<Choice>> = left.into_iter().map(|(choices, _)| choices).collect();
+        let ordered = self.ordered_library()?;
+        let jobs: Vec<Vec<Choice>> = ordered.into_iter().map(|(choices, _)| choices).collect();
         let mut found: Vec<FittedModel> = Vec::new();
         for batch in jobs.chunks(LIBRARY_BATCH) {
             let new = screen.compete(batch, &alone, BRIEF, watch)?;
@@ -570,14 +565,20 @@ impl Exploration<'_> {
             return Ok(());
         }
         self.watch.stage(stages::SETS);
+        let list = self.list.clone();
+        self.untried = Some(self.search_on_windows(&list)?);
+        Ok(())
+    }
+
+    /// Pairs and single effects of a list and effects of the library, as short windows tell them; the pairs that were not tried.
+    fn search_on_windows(&mut self, list: &[Choice]) -> Result<Vec<Vec<Choice>>, Error> {
         let held = self.held_alone()?;
         let library = library(self.problem);
-        let found = subset_search::search(self.screen, &held, &self.list, &library, self.watch)?;
+        let found = subset_search::search(self.screen, &held, list, &library, self.watch)?;
         let (singles, pairs) = found.models.into_iter().partition(|m| m.choices.len() == 1);
         self.screen.keep_better(&mut self.singles, singles);
         self.screen.keep_better(&mut self.pairs, pairs);
-        self.untried = Some(found.untried);
-        Ok(())
+        Ok(found.untried)
     }
 
     /// Pairs on beginnings of the segments that lengthen, from the single effects that look best there.

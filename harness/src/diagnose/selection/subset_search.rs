@@ -31,7 +31,8 @@ const FOLLOWED: usize = 12;
 const LEADERS: usize = 2;
 /// Pairs that are fitted of those that explain most beside each of them.
 const FOLLOWED_BESIDE: usize = 4;
-/// Effects of the library that are fitted on the windows, each alone, of those that explain most.
+/// Effects of the library that are fitted on the windows, each alone: at least so many of those that explain most, and up to
+/// [`FOLLOWED`] of those that explain more than the last pair that is followed.
 const ALONE: usize = 4;
 /// Jacobians for a first fit of all of them: the first steps from where the regression points bring most, ...
 const FIRST: usize = 3;
@@ -206,7 +207,13 @@ impl Search<'_, '_> {
         let best = ranked.iter().take(FOLLOWED);
         let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
-        for (set, explained) in possible(self.alone(&library)?, &library).iter().take(ALONE) {
+        let of_library = possible(self.alone(&library)?, &library);
+        // What is not there explains less than the last pair that is followed.
+        let last = ranked.get(FOLLOWED - 1);
+        let least = last.map_or(f64::INFINITY, |(_, pair)| pair.score);
+        let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
+        let most = explaining.clamp(ALONE, FOLLOWED);
+        for (set, explained) in of_library.iter().take(most) {
             starts.push(library.start(set, explained)?);
         }
         let may_lead = |(set, _): &&Ranked| !responses.all[set[0]].has_many_values();

@@ -116,7 +116,7 @@ impl Effect for Compiled {
         for (j, mode) in beam.modes().iter().enumerate() {
             let w = mode.angular_frequency();
             self.stiffness[j] = w * w;
-            self.damping[j] = 2.0 * mode.damping_ratio * w;
+            self.damping[j] = mode.damping();
         }
         self.participation = clamp_participation(beam);
     }

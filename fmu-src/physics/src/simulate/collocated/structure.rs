@@ -65,7 +65,7 @@ pub(super) fn of(model: &Model) -> Option<Arc<Structure>> {
     let oscillators: Vec<_> = modes
         .map(|m| Oscillator {
             frequency: m.angular_frequency(),
-            damping: m.damping_ratio,
+            damping: m.damping_ratio + 0.5 * m.damping_rate / m.angular_frequency(),
             seen: m.tip_value,
             gain: m.tip_value / m.mass,
         })

@@ -151,6 +151,7 @@ fn val_other_laws_and_structures() {
                     .map(|j| ModalOscillator {
                         frequency: 80.0 + 230.0 * j as f64,
                         damping_ratio: damping,
+                        damping_rate: 0.0,
                         mass: 0.5 + 0.1 * j as f64,
                         tip_value: if j % 2 == 0 { 2.0 } else { -1.5 },
                     })
