@@ -382,7 +382,7 @@ impl<'a> Screen<'a> {
         let Some(best) = models.first_mut() else {
             return Ok(());
         };
-        if best.reaches_floor() || best.fit.quantile(0.5) > NEAR_THE_NOISE || watch.stop() {
+        if best.reaches_floor() || !is_near_noise(best) || watch.stop() {
             return Ok(());
         }
         watch.step("fitting the best candidate to its end", 0, 1);
@@ -452,6 +452,11 @@ impl<'a> Screen<'a> {
         let fitted = multistart::settled(self.problem, h, &self.segments, start, options)?;
         self.model(choices.to_vec(), fitted)
     }
+}
+
+/// Whether a model may still come down to the noise when it is fitted to its end.
+pub(crate) fn is_near_noise(model: &FittedModel) -> bool {
+    model.fit.quantile(0.5) <= NEAR_THE_NOISE
 }
 
 /// Whether a model meets most segments and has given others up, which may be due to the way to where it stands.

@@ -20,7 +20,7 @@ use crate::diagnose::selection::decision::{
 use crate::diagnose::selection::extension::{Beside, extend};
 use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
 use crate::diagnose::selection::race::{Entrant, Race};
-use crate::diagnose::selection::screening::{Promised, Screen, last_options};
+use crate::diagnose::selection::screening::{Promised, Screen, is_near_noise, last_options};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, lengthening, subset_search};
 use crate::diagnose::stages;
@@ -116,6 +116,9 @@ pub(crate) fn explore<'a>(
         found.compare_adequate()?;
     }
     let is_open = !watch.stop() && !problem.place_is_told() && !found.is_adequate();
+    if is_open && !found.pair_explains()? {
+        found.pair_from_halves()?;
+    }
     if is_open && !found.pair_explains()? {
         watch.stage(stages::PAIRS_FURTHER);
         found.pair_on_beginnings()?;
@@ -615,20 +618,49 @@ impl Exploration<'_> {
         Ok(false)
     }
 
+    /// An effect of a pair by itself, from where the pair stands.
+    fn half(&self, pair: &FittedModel, choice: &Choice) -> Result<FittedModel, Error> {
+        let alone = std::slice::from_ref(choice);
+        let h = self.problem.hypothesis(alone)?;
+        let centre = Point::centre(&h, &self.screen.segments);
+        let start = widen(&pair.fitted, &h, &centre);
+        self.screen.fitted_from(alone, start)
+    }
+
+    /// The best pair again from each of its effects alone, where it is near the noise and not down to it: what short windows tell of
+    /// strengths and start states may lie beside the valley that ends there, and one effect alone is in it where it explains most.
+    fn pair_from_halves(&mut self) -> Result<(), Error> {
+        let (screen, watch) = (self.screen, self.watch);
+        let is_open = |p: &&FittedModel| {
+            p.choices.len() == 2 && is_near_noise(p) && !p.reaches_floor() && !watch.stop()
+        };
+        let Some(pair) = self.pairs.first().filter(is_open) else {
+            return Ok(());
+        };
+        let found = parallel(&[0, 1], |&first| {
+            let [base, added] = [first, 1 - first].map(|i| pair.choices[i].clone());
+            let half = self.half(pair, &base)?;
+            let found = screen.compete(&[vec![base, added]], &half, THOROUGH, watch)?;
+            let Some(found) = found.first() else {
+                return Ok(None);
+            };
+            let found = screen.reordered(found, &pair.choices)?;
+            Ok(Some(screen.to_its_end(&found)?))
+        })?;
+        let found = found.into_iter().flatten().collect();
+        screen.keep_better(&mut self.pairs, found);
+        Ok(())
+    }
+
     /// Fits the effects of the best pair by themselves again from its optimum: where one of them is enough, it may have come
     /// down to the noise only beside the other.
     fn refit_halves(&mut self) -> Result<(), Error> {
         let Some(pair) = self.pairs.first().filter(|p| p.reaches_floor()) else {
             return Ok(());
         };
+        // As far as the pair was fitted: where the other effect does nothing both end in one place.
         let halves = parallel(&pair.choices, |choice| {
-            let alone = std::slice::from_ref(choice);
-            let h = self.problem.hypothesis(alone)?;
-            let centre = Point::centre(&h, &self.screen.segments);
-            let start = widen(&pair.fitted, &h, &centre);
-            let half = self.screen.fitted_from(alone, start)?;
-            // As far as the pair was fitted: where the other effect does nothing both end in one place.
-            self.screen.to_its_end(&half)
+            self.screen.to_its_end(&self.half(pair, choice)?)
         })?;
         self.screen.keep_better(&mut self.singles, halves);
         Ok(())
