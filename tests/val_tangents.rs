@@ -27,6 +27,7 @@ fn setting() -> Setting {
         ("mode[1].frequency", 80.0),
         ("mode[2].frequency", 510.0),
         ("mode[1].damping_ratio", 0.000_15),
+        ("mode[1].damping_rate", 0.05),
         ("mode[1].mass", 0.427),
         ("friction.mu_0", 0.66),
         ("friction.v1", 0.02),
@@ -111,7 +112,7 @@ fn check(setting: &Setting, known: &[(&str, f64)], what: &str) {
     }
 }
 
-const REFERENCE: [(&str, f64); 14] = [
+const REFERENCE: [(&str, f64); 15] = [
     ("q[1]", 1e-8),
     ("q_dot[1]", 5e-6),
     ("q[2]", 1e-9),
@@ -119,6 +120,7 @@ const REFERENCE: [(&str, f64); 14] = [
     ("mode[1].frequency", 1e-3),
     ("mode[2].frequency", 1e-3),
     ("mode[1].damping_ratio", 1e-6),
+    ("mode[1].damping_rate", 1e-3),
     ("mode[1].mass", 1e-6),
     ("friction.mu_0", 1e-6),
     ("friction.v1", 1e-6),

@@ -316,6 +316,9 @@ fn val_a_servo_axis_shows_its_viscous_guide_and_the_direction_in_which_it_slides
     let off = value(rate) - 203.5 / 95.0;
     let std = rate["std"].as_f64().unwrap();
     assert!(off.abs() < 3.0 * std && std < 0.1, "{rate}");
+    let repaired = std::fs::read_to_string(folder.path().join("tried/StickSlipBeam.ssv")).unwrap();
+    let free = "name=\"mode[1].frequency\"><ssv:Real value=\"0.0\"";
+    assert!(repaired.contains(free), "{repaired}");
     // A guide of which it is stated that it does not brake leaves the braking to friction.
     let at = folder.path().join("campaign.toml");
     std::fs::write(

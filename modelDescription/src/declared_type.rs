@@ -19,6 +19,7 @@ const BY_UNIT: [(&str, &str, &str); 18] = [
     ("N.s/m", "Damping", "Force per velocity"),
     ("N.s2/m2", "QuadraticDrag", "Force per square of a velocity"),
     ("Hz", "Frequency", "Frequency"),
+    ("1/s", "DampingRate", "Viscous damping per mass"),
     ("rad", "Angle", "Angle"),
     ("J", "Energy", "Energy"),
     ("W", "Power", "Power"),

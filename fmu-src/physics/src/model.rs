@@ -760,8 +760,8 @@ impl Model {
         scales
     }
 
-    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher;
-    /// [`FREE_RATE`] where nothing has any.
+    /// Highest natural angular frequency in rad/s, or rate in 1/s of an effect where that is higher, [`FREE_RATE`] where nothing has
+    /// any; or the highest rate at which a mode is damped.
     pub fn highest_frequency(&self) -> f64 {
         let highest = self.stiffness[..self.mode_count]
             .iter()
@@ -770,7 +770,9 @@ impl Model {
             .effects
             .iter()
             .fold(highest.sqrt(), |a, e| a.max(e.effect.fastest_rate()));
-        if highest > 0.0 { highest } else { FREE_RATE }
+        let highest = if highest > 0.0 { highest } else { FREE_RATE };
+        let damping = self.damping[..self.mode_count].iter();
+        damping.fold(highest, |a, d| a.max(value(*d)))
     }
 
     /// Whether every mode has a spring: a structure that carries a static force, as parameter studies need.

@@ -21,6 +21,7 @@ const UNKNOWN_BEAM: &str = "\
 # natural_frequencies_hz = [80.0, 510.0]  # of each mode, Hz; 0 is a mass that slides freely
 # natural_frequencies_std_hz = 0.5        # how well they are known, Hz; one number or one for each
 # damping_ratios = [0.001, 0.001]         # shares of critical damping
+# damping_rates_per_s = [0.0, 0.0]        # viscous damping over mass beside them, 1/s
 # mass_kg = 0.4                           # modal mass, the same for all; or masses_kg = [0.4, 0.4]
 # mass_std_kg = 0.02                      # how well it is known, kg
 # tip_values = [2.0, -2.0]                # mode shapes at the tip

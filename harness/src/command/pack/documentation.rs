@@ -10,7 +10,7 @@ pub fn index(description: &ModelDescription) -> String {
         "A friction-driven stick-slip beam as an FMI 2.0 FMU for co-simulation and model exchange.",
         &[
             "A cantilever whose tip rubs on a moving belt, in modal coordinates: \
-             q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j(1) F / m_j, tip displacement w = sum of phi_j(1) q_j. \
+             q_j'' + (2 D_j w_j + d_j) q_j' + w_j^2 q_j = phi_j(1) F / m_j, tip displacement w = sum of phi_j(1) q_j. \
              F is the friction force on the tip, positive along the belt's motion: in slip it follows the friction law, \
              in stick it is the force that keeps the tip on the belt. Transitions between stick and slip are located \
              inside a communication step, so results do not depend on the step.",

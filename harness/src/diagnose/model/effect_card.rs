@@ -197,16 +197,18 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
 /// Length, velocity and force of the machine on which the values of the cards are met; `None` where the FMU does not say so.
 ///
 /// # Errors
-/// An annotation that can't be read.
+/// An annotation that can't be read, or a scale that is no positive number.
 pub fn machine(fmu: &Fmu) -> Result<Option<Scales>, Error> {
     let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
         return Ok(None);
     };
     let document = read(fmu, xml)?;
     let mut nodes = document.descendants();
-    let Some(catalogue) =
-        nodes.find(|node| node.has_tag_name("EffectCatalogue") && node.has_attribute("length"))
-    else {
+    let is_said = |node: &roxmltree::Node| {
+        let scales = ["length", "velocity", "force"];
+        node.has_tag_name("EffectCatalogue") && scales.iter().any(|name| node.has_attribute(*name))
+    };
+    let Some(catalogue) = nodes.find(is_said) else {
         return Ok(None);
     };
     let number = |name: &str| {

@@ -285,12 +285,14 @@ impl Hypothesis {
                         30.0,
                     ));
                 }
-                // A guide brakes its mass on the way: where nothing is known of it, as much as its friction does, to a decade.
+                // Where nothing is known of a guide, the rate at which the mass runs through its range, to a decade.
                 (Ok(rate), None) if mode.is_free() => shared.push(log(
                     at("damping_rate"),
                     "1/s",
                     rate.reference,
-                    scales.velocity / scales.length,
+                    rate.start_number()
+                        .filter(|start| *start > 0.0)
+                        .unwrap_or(scales.velocity / scales.length),
                     std::f64::consts::LN_10,
                     1e3,
                 )),

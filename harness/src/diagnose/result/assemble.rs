@@ -268,7 +268,18 @@ fn known_structure(problem: &Problem) -> Result<BTreeMap<String, f64>, Error> {
     let modes = structure.modes();
     let mut out = BTreeMap::from([("mode_count".to_owned(), modes.len() as f64)]);
     for (j, mode) in modes.iter().enumerate() {
-        out.insert(format!("mode[{}].tip_value", j + 1), mode.tip_value);
+        let mut put = |item: &str, value: f64| {
+            out.insert(format!("mode[{}].{item}", j + 1), value);
+        };
+        put("tip_value", mode.tip_value);
+        if mode.is_free() {
+            put("frequency", 0.0);
+            put("damping_ratio", 0.0);
+        }
+        // One that is calibrated comes from there.
+        if let Some(&rate) = problem.campaign.beam.damping_rates_per_s.get(j) {
+            put("damping_rate", rate);
+        }
     }
     let ratios = problem.campaign.beam.sensor.ratios.iter().enumerate();
     for (j, ratio) in ratios.skip(modes.len()) {

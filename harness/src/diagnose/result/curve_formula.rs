@@ -135,7 +135,11 @@ impl CurveFormula {
             .map_or("mode[".to_owned(), |m| format!("mode[{m}]"));
         let is_taken_up = |name: &str| match self.place {
             "frequency" => name.starts_with(&of_modes) && name.ends_with(".frequency"),
-            "damping" => name.starts_with(&of_modes) && name.ends_with(".damping_ratio"),
+            "damping" => {
+                let is_damping =
+                    name.ends_with(".damping_ratio") || name.ends_with(".damping_rate");
+                name.starts_with(&of_modes) && is_damping
+            }
             "friction" => name == "friction.level",
             _ => false,
         };

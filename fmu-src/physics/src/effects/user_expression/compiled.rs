@@ -45,7 +45,7 @@ pub struct Compiled {
     pub(super) constant_in_stick: bool,
     pub(super) constant_in_all_stick: bool,
     pub(super) has_series: bool,
-    /// `w_j^2` in 1/s^2 and `2 D_j w_j` in 1/s of each mode.
+    /// `w_j^2` in 1/s^2 and `2 D_j w_j + d_j` in 1/s of each mode.
     pub(super) stiffness: [Real; MAX_MODES],
     pub(super) damping: [Real; MAX_MODES],
     pub(super) participation: [Real; MAX_MODES],

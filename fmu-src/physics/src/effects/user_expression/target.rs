@@ -15,7 +15,7 @@ pub enum Target {
     BeltVelocity,
     /// Factor on the natural frequencies; what damping takes stays as it is.
     FrequencyFactor,
-    /// Factor on the damping ratios.
+    /// Factor on the damping of the modes.
     DampingFactor,
     /// What the sensor makes of the displacement w, in m.
     Measurement,
