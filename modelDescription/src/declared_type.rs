@@ -3,7 +3,7 @@
 use beam_physics::unit::Unit;
 
 /// Name and description of the declared type of a unit, by the unit's symbol.
-const BY_UNIT: [(&str, &str, &str); 18] = [
+const BY_UNIT: [(&str, &str, &str); 19] = [
     ("1", "Number", "Dimensionless number"),
     ("m", "Length", "Length or displacement"),
     ("1/m", "PerLength", "Change per length"),
