@@ -32,7 +32,7 @@ const LEADERS: usize = 2;
 /// Pairs that are fitted of those that explain most beside each of them.
 const FOLLOWED_BESIDE: usize = 4;
 /// Effects of the library that are fitted on the windows, each alone: at least so many of those that explain most, and up to
-/// [`FOLLOWED`] of those that explain more than the last pair that is followed.
+/// [`FOLLOWED`] of those that explain more than the last pair that is followed, or of all where no pairs are formed.
 const ALONE: usize = 4;
 /// Jacobians for a first fit of all of them: the first steps from where the regression points bring most, ...
 const FIRST: usize = 3;
@@ -208,7 +208,7 @@ impl Search<'_, '_> {
         let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
         let of_library = possible(self.alone(&library)?, &library);
-        // What is not there explains less than the last pair that is followed.
+        // One that explains less than every pair followed is not fitted beyond the least number.
         let last = ranked.get(FOLLOWED - 1);
         let least = last.map_or(f64::INFINITY, |(_, pair)| pair.score);
         let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
