@@ -56,6 +56,20 @@ pub enum Error {
         problem: String,
     },
 
+    /// An FMU of another make, without what would explain it.
+    #[error(
+        "{}: no variable '{name}', and no {} beside it; that file names inputs, states, constants and effects of an FMU of another make (docs/other-fmus.md)",
+        path.display(), side.display()
+    )]
+    NoSideFile {
+        /// The FMU.
+        path: PathBuf,
+        /// The variable that it lacks.
+        name: &'static str,
+        /// Where the file is looked for.
+        side: PathBuf,
+    },
+
     // ---- packing
     /// A folder of binaries that can't be packed.
     #[error("{} {problem}; fill the folder with fmu-src/platforms.sh", path.display())]

@@ -8,6 +8,7 @@ use sha2::{Digest as _, Sha256};
 use time::OffsetDateTime;
 
 use crate::error::Error;
+use crate::fmu::{Fmu, SideFile};
 use crate::measurement::Campaign;
 
 thread_local! {
@@ -110,10 +111,13 @@ impl Provenance {
     ///
     /// # Errors
     /// A file that can't be read.
-    pub fn of_campaign(campaign: &Campaign, fmu: &Path) -> Result<Provenance, Error> {
+    pub fn of_campaign(campaign: &Campaign, fmu: Option<&Fmu>) -> Result<Provenance, Error> {
         let toml = campaign.folder.join("campaign.toml");
         let runs = campaign.runs.iter().map(|run| run.file.as_path());
-        let optional = [toml.as_path(), fmu].into_iter().filter(|f| f.is_file());
+        let side = fmu.and_then(Fmu::side_file).map(SideFile::path);
+        let of_fmu = fmu.map(Fmu::path).into_iter().chain(side);
+        let optional = std::iter::once(toml.as_path()).chain(of_fmu);
+        let optional = optional.filter(|f| f.is_file());
         let of_sensors = campaign.runs.iter().flat_map(|run| &run.further_files);
         let others = optional.chain(of_sensors.map(PathBuf::as_path));
         let mut provenance = Provenance::of(&runs.chain(others).collect::<Vec<_>>())?;

@@ -1,9 +1,9 @@
 //! Loading and running a foreign FMU, and the messages for files that are none. With the feature `fmi-crate` all of it
 //! runs on the second backend.
 
-mod probe;
+mod foreign;
 
-use probe::Probe;
+use foreign::Foreign;
 use stickslip::error::Error;
 use stickslip::fmu::{Causality, Fmu, Instance, Kind};
 
@@ -32,7 +32,7 @@ fn run(instance: &mut Instance, from: usize, to: usize) {
 
 #[test]
 fn val_the_oscillator_swings_as_the_cosine() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let mut instance = started(&fmu, 3.0);
     run(&mut instance, 0, 100);
@@ -45,7 +45,7 @@ fn val_the_oscillator_swings_as_the_cosine() {
 
 #[test]
 fn the_description_keeps_units_types_enumerations_and_annotations() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let description = fmu.description();
     let position = fmu.variable("x").unwrap();
@@ -69,7 +69,7 @@ fn the_description_keeps_units_types_enumerations_and_annotations() {
 
 #[test]
 fn states_return_to_the_bit_and_travel_between_instances_as_bytes() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let (mut a, mut b) = (started(&fmu, 3.0), started(&fmu, 5.0));
     run(&mut a, 0, 10);
@@ -106,7 +106,7 @@ fn states_return_to_the_bit_and_travel_between_instances_as_bytes() {
 
 #[test]
 fn reset_is_as_new() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let mut instance = started(&fmu, 3.0);
     run(&mut instance, 0, 10);
@@ -121,7 +121,7 @@ fn reset_is_as_new() {
 
 #[test]
 fn one_fmu_serves_several_threads() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     std::thread::scope(|scope| {
         for omega in 1..=4 {
@@ -139,7 +139,7 @@ fn one_fmu_serves_several_threads() {
 
 #[test]
 fn a_failed_call_names_call_status_and_reason() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let mut instance = started(&fmu, 3.0);
     let error = instance.do_step(0.0, -0.01).unwrap_err();
@@ -161,7 +161,7 @@ fn a_failed_call_names_call_status_and_reason() {
 
 #[test]
 fn numbers_must_fit_the_variable() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let mut instance = fmu.instantiate("probe").unwrap();
     for (name, good, bad) in [("mode", -1.0, 0.5), ("flag", 1.0, 2.0)] {
@@ -180,7 +180,7 @@ fn numbers_must_fit_the_variable() {
     ignore = "that backend parses the file once more, and refuses these"
 )]
 fn valid_files_that_other_importers_refuse_are_read() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let path = probe.with_xml(|xml| {
         xml.replace(
             "<fmiModelDescription ",
@@ -196,7 +196,7 @@ fn valid_files_that_other_importers_refuse_are_read() {
 
 #[test]
 fn messages_for_files_that_are_no_usable_fmu() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let mut messages = Vec::new();
     let mut refuse = |path: &std::path::Path| {
         let result = Fmu::load(path).and_then(|fmu| fmu.instantiate("probe").map(drop));
@@ -221,7 +221,7 @@ fn messages_for_files_that_are_no_usable_fmu() {
     refuse(&probe.with_xml(|xml| xml.replace("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"")));
     refuse(&probe.with_xml(|xml| xml.replace("CoSimulation", "ModelExchange")));
     refuse(&probe.with_xml(|xml| xml.replace("causality=\"local\"", "causality=\"lokal\"")));
-    let xml = include_bytes!("probe/modelDescription.xml").as_slice();
+    let xml = include_bytes!("foreign/probe.xml").as_slice();
     refuse(&probe.zip(&[
         ("modelDescription.xml", xml),
         ("binaries/win99/probe.dll", b"MZ"),
@@ -236,7 +236,7 @@ fn messages_for_files_that_are_no_usable_fmu() {
 
 #[test]
 fn unknown_variables_get_a_suggestion() {
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let fmu = Fmu::load(&probe.fmu()).unwrap();
     let text = fmu.variable("omeg").unwrap_err().to_string();
     assert!(text.contains("did you mean 'omega'"), "{text}");
@@ -246,7 +246,7 @@ fn unknown_variables_get_a_suggestion() {
 #[test]
 fn val_both_backends_give_the_same_bits() {
     use stickslip::fmu::Backend;
-    let probe = Probe::new();
+    let probe = Foreign::new("probe");
     let path = probe.fmu();
     let values = [Backend::FmiRs, Backend::FmiCrate].map(|backend| {
         let fmu = Fmu::load_with(&path, backend).unwrap();

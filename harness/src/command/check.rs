@@ -1,7 +1,7 @@
 //! `stickslip check`: the quality of a campaign's data, as a page of text.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 pub fn perform(arguments: &Arguments) -> Result<Checked, Error> {
     let campaign = Campaign::load(&arguments.campaign)?;
     let quality = check(&campaign);
-    let provenance = Provenance::of_campaign(&campaign, Path::new(""))?;
+    let provenance = Provenance::of_campaign(&campaign, None)?;
     Ok(Checked {
         json: provenance.json(&quality),
         text: page(&quality),

@@ -14,7 +14,7 @@ use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::model::acting::leave_out;
 use crate::diagnose::model::displacement_range::displacement_ranges;
 use crate::diagnose::model::finished_work::FinishedWork;
-use crate::diagnose::model::hypothesis::structure;
+use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{lowest_frequency, unknown_functions};
@@ -41,7 +41,8 @@ pub struct Arguments {
     /// Folder with campaign.toml and the CSV files, or the path of campaign.toml
     #[arg(value_name = "CAMPAIGN")]
     campaign: PathBuf,
-    /// FMU to diagnose [default: this repository's StickSlipBeam, packed on the spot]
+    /// FMU to diagnose, one of another make with its <name>.effects.toml beside it [default: this repository's StickSlipBeam,
+    /// packed on the spot]
     #[arg(long, value_name = "FILE")]
     fmu: Option<PathBuf>,
     /// Folder for diagnosis.json, report.html, model.toml, the .ssv and the repaired .fmu
@@ -276,9 +277,11 @@ fn searched<R>(
     let further = OnceCell::new();
     watch.stage(stages::REFERENCE);
     let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
-    problem.unknown_functions = unknown;
+    if widened.is_some() {
+        problem.unknown_functions = unknown;
+    }
     leave_out(&mut problem)?;
-    let inputs = Provenance::of_campaign(campaign, fmu.path())?;
+    let inputs = Provenance::of_campaign(campaign, Some(fmu))?;
     let inputs = format!(
         "{} {} {hold_out:?} {:?}",
         inputs.version, inputs.inputs_sha256, search.library
@@ -311,7 +314,7 @@ pub fn report(
 ) -> Result<Diagnosis, Error> {
     let campaign = &problem.campaign;
     let diagnosis = conclude(problem, selection, steps)?;
-    let provenance = Provenance::of_campaign(campaign, fmu.path())?;
+    let provenance = Provenance::of_campaign(campaign, Some(fmu))?;
     let json = provenance.json(&diagnosis);
     write_file(&output.join(JSON), json.as_bytes())?;
     let written = &steps[shown(problem, selection, diagnosis.verdict, steps)];

@@ -34,8 +34,8 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     out
 }
 
-/// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu into `folder`, and into its folder `runs`, as into the FMU, what
-/// each run has of its own.
+/// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu, or those under the name of an FMU of another make, into `folder`, and
+/// into its folder `runs`, as into the FMU, what each run has of its own.
 ///
 /// The FMU is the one that was diagnosed, its binaries and resources included, with other start values. One of
 /// this project takes them from its resources too, under a GUID of their own; in any other they stand in
@@ -62,14 +62,23 @@ pub fn write_values(
     sets: &[RunSet],
     folder: &Path,
 ) -> Result<(), Error> {
-    write_file(&folder.join("model.toml"), model_toml(values).as_bytes())?;
+    let values: Vec<(String, f64)> = values
+        .iter()
+        .map(|(name, value)| (fmu.own_name(name).to_owned(), *value))
+        .collect();
+    write_file(&folder.join("model.toml"), model_toml(&values).as_bytes())?;
+    let name = match fmu.side_file() {
+        Some(_) => format!("{}.fmu", fmu.description().model_identifier),
+        None => pack::FILE_NAME.to_owned(),
+    };
+    let path = folder.join(name);
     write_file(
-        &folder.join("StickSlipBeam.ssv"),
-        ssv(fmu.description(), "calibrated", values).as_bytes(),
+        &path.with_extension("ssv"),
+        ssv(fmu.description(), "calibrated", &values).as_bytes(),
     )?;
     let runs = run_sets::files(fmu.description(), sets);
     run_sets::write_beside(&runs, folder)?;
-    write_with_runs(fmu, values, &runs, &folder.join(pack::FILE_NAME))
+    write_with_runs(fmu, &values, &runs, &path)
 }
 
 /// Writes the FMU with these start values to `path`; what it held for single runs is left out, as it belongs to other values.

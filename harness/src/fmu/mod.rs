@@ -31,6 +31,7 @@ mod instance;
 mod message_log;
 mod parse_description;
 mod raw_backend;
+mod side_file;
 mod slave;
 mod status;
 mod tangents;
@@ -45,6 +46,7 @@ pub use description::{
 pub use drive::{Course, Drive};
 pub use edit_description::{with_guid, with_starts};
 pub use instance::{Instance, State};
+pub use side_file::{Belief, Constant, SideEffect, SideFile};
 pub use status::Status;
 pub use tangents::{Directions, Tangents};
 
@@ -77,6 +79,7 @@ pub(crate) struct Loaded {
     pub(crate) description: ModelDescription,
     path: PathBuf,
     source: Source,
+    side_file: Option<SideFile>,
 }
 
 enum Source {
@@ -96,6 +99,7 @@ impl Fmu {
         let folder = archive::unpack(path).map_err(|error| explain(error, path, Wanted::Fmu))?;
         let (description, _xml) = archive::describe(path, folder.path())?;
         archive::check_binary(path, folder.path(), &description.model_identifier)?;
+        let side_file = SideFile::beside(path, &description)?;
         let source = match backend {
             Backend::FmiRs => Source::FmiRs(folder),
             #[cfg(feature = "fmi-crate")]
@@ -114,6 +118,7 @@ impl Fmu {
                 description,
                 path: path.to_owned(),
                 source,
+                side_file,
             }),
         })
     }
@@ -198,14 +203,27 @@ impl Fmu {
         archive::files(self.folder())
     }
 
-    /// The variable of this name, or an error with similar names.
+    /// What stands beside an FMU of another make.
+    pub fn side_file(&self) -> Option<&SideFile> {
+        self.loaded.side_file.as_ref()
+    }
+
+    /// The FMU's own name of a variable: that which its side file says, or the same.
+    pub fn own_name<'n>(&'n self, name: &'n str) -> &'n str {
+        let stated = self.side_file().and_then(|side| side.own_name(name));
+        stated.unwrap_or(name)
+    }
+
+    /// The variable of this name, be it the FMU's own or one that its side file explains, or an error with similar names.
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         let unknown = || Error::UnknownVariable {
             path: self.loaded.path.clone(),
             name: name.to_owned(),
             nearest: self.description().nearest(name),
         };
-        self.description().find(name).ok_or_else(unknown)
+        self.description()
+            .find(self.own_name(name))
+            .ok_or_else(unknown)
     }
 
     /// Value references of Real variables, in the order of `names`.

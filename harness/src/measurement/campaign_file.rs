@@ -246,7 +246,8 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     })
 }
 
-pub(super) fn line_of(text: &str, span: Range<usize>) -> usize {
+/// The line, counted from 1, on which a stretch of a text begins.
+pub(crate) fn line_of(text: &str, span: Range<usize>) -> usize {
     1 + text
         .bytes()
         .take(span.start)

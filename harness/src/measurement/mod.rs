@@ -39,6 +39,7 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
+pub(crate) use campaign_file::line_of;
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};

@@ -192,7 +192,7 @@ impl Test<'_> {
             self.arguments.forced,
             "blind-test",
         )?;
-        let provenance = Provenance::of_campaign(&campaign, self.fmu.path())?;
+        let provenance = Provenance::of_campaign(&campaign, Some(&self.fmu))?;
         let folder = self.arguments.output.join(name);
         make_folder(&folder)?;
         let case = match self.finisher.recall(&folder, answer, &provenance) {

@@ -5,7 +5,7 @@
 //! parameters and start states for each run, and its last error can be seen again from these.
 
 use crate::command::run_sets;
-use crate::diagnose::model::hypothesis::output_of;
+use crate::diagnose::model::references::output_of;
 use crate::diagnose::result::run_sets::{Piece, RunSet};
 use crate::diagnose::validation::segment_errors::typical;
 use crate::error::Error;

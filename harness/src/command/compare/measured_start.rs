@@ -1,7 +1,7 @@
 //! Where a record's tip starts, and how far it bends.
 
 use crate::diagnose::model::friction_prior::StartFriction;
-use crate::diagnose::model::hypothesis::structure;
+use crate::diagnose::model::known_structure::structure;
 use crate::fmu::Fmu;
 use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{LEAST_REST, integral, quantile, resting_stick, stick_fraction, velocity};

@@ -155,7 +155,7 @@ fn write_files(
     limit: Option<f64>,
     output: &Path,
 ) -> Result<String, Error> {
-    let provenance = Provenance::of_campaign(campaign, fmu.path())?;
+    let provenance = Provenance::of_campaign(campaign, Some(fmu))?;
     let json = provenance.json(&Summary {
         campaign: &campaign.name,
         fmu: &fmu.description().model_name,

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::measured_start::measured_start;
 use crate::command::operating_point::{OperatingPoint, record_driven};
-use crate::diagnose::model::hypothesis::output_of;
+use crate::diagnose::model::references::output_of;
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu};
 use crate::measurement::{BeamKnowledge, Measurand, Run};

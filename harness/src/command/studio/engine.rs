@@ -154,7 +154,7 @@ fn open(
     let read_at = stamps(campaign, given);
     let widened = pack::widened::with_effects(fmu, &library::FILES)?;
     let problem = Problem::new(widened.as_ref().unwrap_or(fmu), campaign)?;
-    let inputs = Provenance::of_campaign(campaign, fmu.path())?;
+    let inputs = Provenance::of_campaign(campaign, Some(fmu))?;
     let inputs = format!("{} {}", inputs.version, inputs.inputs_sha256);
     let home = home(desk, given);
     make_folder(&home)?;

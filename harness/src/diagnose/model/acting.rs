@@ -3,12 +3,14 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::effect_card::EffectCard;
-use crate::diagnose::model::hypothesis::{Choice, Hypothesis, References, output_of, structure};
+use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
+use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::references::{References, output_of};
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::model::unknown_function::{is_unknown_function, loads};
 use crate::error::Error;

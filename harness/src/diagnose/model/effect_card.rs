@@ -1,8 +1,8 @@
-//! The effects that an FMU declares as candidates, read from its vendor annotation.
+//! The effects that an FMU declares as candidates, read from its vendor annotation or from its side file.
 
 use crate::diagnose::model::scales::Scales;
 use crate::error::Error;
-use crate::fmu::Fmu;
+use crate::fmu::{Fmu, SideEffect, SideFile};
 
 /// How a parameter enters, which tells the calibration what to do with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,6 +78,20 @@ pub struct EffectCard {
     pub is_own: bool,
 }
 
+impl Role {
+    /// The role of this name.
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "amplitude" => Role::Amplitude,
+            "shape" => Role::Shape,
+            "phase" => Role::Phase,
+            "node" => Role::Node,
+            "setting" => Role::Setting,
+            _ => return None,
+        })
+    }
+}
+
 impl EffectCard {
     /// Index of the first parameter with a role.
     pub fn find_role(&self, role: Role) -> Option<usize> {
@@ -127,6 +141,9 @@ impl EffectCard {
 /// # Errors
 /// An annotation that can't be read or names variables that the FMU does not have.
 pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
+    if let Some(side) = fmu.side_file() {
+        return side.effects.iter().map(|e| stated(side, e)).collect();
+    }
     let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
         return Ok(Vec::new());
     };
@@ -160,14 +177,9 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
                 typical: number(&p, "typical")?,
                 min: number(&p, "min")?,
                 max: number(&p, "max")?,
-                role: match text(&p, "role").as_str() {
-                    "amplitude" => Role::Amplitude,
-                    "shape" => Role::Shape,
-                    "phase" => Role::Phase,
-                    "node" => Role::Node,
-                    "setting" => Role::Setting,
-                    other => return Err(broken(format!("effect {id}: unknown role '{other}'"))),
-                },
+                role: Role::named(&text(&p, "role")).ok_or_else(|| {
+                    broken(format!("effect {id}: unknown role '{}'", text(&p, "role")))
+                })?,
             });
         }
         let mut states = Vec::new();
@@ -192,6 +204,43 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
         });
     }
     Ok(out)
+}
+
+/// The card of an effect that a side file states.
+fn stated(side: &SideFile, effect: &SideEffect) -> Result<EffectCard, Error> {
+    let mut parameters = Vec::new();
+    for p in &effect.parameters {
+        let unknown = || side.error(format!("effect {}: unknown role '{}'", effect.id, p.role));
+        parameters.push(EffectParameter {
+            name: p.name.clone(),
+            description: p.description.clone(),
+            reference: p.reference,
+            unit: p.unit.clone(),
+            start: p.start,
+            typical: p.typical,
+            min: p.min,
+            max: p.max,
+            role: Role::named(&p.role).ok_or_else(unknown)?,
+        });
+    }
+    let states = effect.states.iter();
+    let states = states.map(|(name, reference, nominal)| EffectState {
+        name: name.clone(),
+        reference: *reference,
+        nominal: *nominal,
+    });
+    Ok(EffectCard {
+        id: effect.id.clone(),
+        title: effect.title.clone(),
+        equation: effect.equation.clone(),
+        description: effect.description.clone(),
+        source: effect.source.clone(),
+        signature: effect.signature.clone(),
+        confounders: effect.confounders.clone(),
+        parameters,
+        states: states.collect(),
+        is_own: false,
+    })
 }
 
 /// Length, velocity and force of the machine on which the values of the cards are met; `None` where the FMU does not say so.

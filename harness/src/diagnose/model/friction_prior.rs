@@ -36,9 +36,23 @@ pub struct StartFriction {
 impl StartFriction {
     /// The constants of an FMU.
     ///
+    /// One of another make has a constant coefficient: that of its side file, or none (NaN) where a displacement was measured,
+    /// which needs none.
+    ///
     /// # Errors
     /// An FMU without them.
     pub fn of(fmu: &Fmu) -> Result<Self, Error> {
+        if let Some(side) = fmu.side_file() {
+            let (v1, c2, a1, a2) = (1.0, 0.0, 0.0, 0.0);
+            let mu_0 = side.friction_coefficient.unwrap_or(f64::NAN);
+            return Ok(Self {
+                mu_0,
+                v1,
+                c2,
+                a1,
+                a2,
+            });
+        }
         let start = |name: &str| -> Result<f64, Error> {
             Ok(fmu.variable(name)?.start_number().unwrap_or(f64::NAN))
         };

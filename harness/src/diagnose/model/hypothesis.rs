@@ -1,21 +1,23 @@
 //! A hypothesis: the reference model plus some effects, with everything that may be turned.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::model::beam_constants;
 use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile};
 use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
-use crate::diagnose::model::friction_prior::{Belief, FrictionPrior};
-use crate::diagnose::model::further_sensors::{FurtherSensors, constants_of_run, shared_constants};
+use crate::diagnose::model::friction_prior::FrictionPrior;
+use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
+use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
+use crate::diagnose::model::references::References;
 use crate::diagnose::model::scales::Scales;
 use crate::diagnose::model::sensor_ratios::sensor_ratios;
+use crate::diagnose::model::stated_constants::constants;
 use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
-use crate::fmu::{Fmu, Variable};
-use crate::measurement::{BeamKnowledge, Campaign, Measurand, Run};
-use crate::observer::{Mode, Structure};
+use crate::fmu::Fmu;
+use crate::measurement::{Campaign, Measurand, Run};
 use serde::Serialize;
-use std::sync::Arc;
 
 /// An effect chosen, with the values of its settings.
 #[derive(Debug, Clone, Serialize)]
@@ -44,129 +46,6 @@ impl PartialEq for Choice {
     fn eq(&self, other: &Self) -> bool {
         self.effect == other.effect && self.settings == other.settings
     }
-}
-
-/// Value references of the FMU's variables that every hypothesis needs.
-pub struct References {
-    /// belt_velocity, normal_force.
-    pub inputs: [u32; 2],
-    /// external_force, where the FMU has it.
-    pub external_force: Option<u32>,
-    /// The output that the sensor measures ([`output_of`]).
-    pub measured: u32,
-    /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
-    pub lacks_offset: bool,
-    /// contact_mode (an enumeration, 0 = stick).
-    pub contact_mode: u32,
-    /// start.contact (an enumeration).
-    pub contact: u32,
-    /// start.effects (an enumeration).
-    pub start_effects: u32,
-    /// mode_count (an integer).
-    pub mode_count: u32,
-    /// tolerance.
-    pub tolerance: u32,
-    /// belt_travel.start and dwell_time.start.
-    pub history: [u32; 2],
-    /// q[j], q_dot[j] in turn.
-    pub states: Vec<u32>,
-    /// What further sensors read.
-    pub further: Arc<FurtherSensors>,
-}
-
-impl References {
-    /// Looks the names up.
-    ///
-    /// # Errors
-    /// A variable that the FMU does not have.
-    pub fn new(fmu: &Fmu, structure: &Structure, campaign: &Campaign) -> Result<Self, Error> {
-        let modes = structure.modes().len();
-        let measurand = campaign.measurand();
-        let tip_values = structure.modes().iter().map(|m| m.tip_value).collect();
-        let one = |name: &str| fmu.variable(name).map(|v| v.reference);
-        let mut states = Vec::new();
-        for j in 1..=modes {
-            states.push(one(&format!("q[{j}]"))?);
-            states.push(one(&format!("q_dot[{j}]"))?);
-        }
-        Ok(Self {
-            inputs: [one("belt_velocity")?, one("normal_force")?],
-            external_force: one("external_force").ok(),
-            measured: output_of(fmu, measurand)?.reference,
-            lacks_offset: measurand != Measurand::Displacement,
-            contact_mode: one("contact_mode")?,
-            contact: one("start.contact")?,
-            start_effects: one("start.effects")?,
-            mode_count: one("mode_count")?,
-            tolerance: one("tolerance")?,
-            history: [one("belt_travel.start")?, one("dwell_time.start")?],
-            states,
-            further: Arc::new(FurtherSensors::new(
-                fmu,
-                &campaign.further_sensors,
-                tip_values,
-            )?),
-        })
-    }
-}
-
-impl References {
-    /// The same names with another output in the place of the one measured.
-    pub(crate) fn observing(&self, output: u32) -> Self {
-        Self {
-            measured: output,
-            lacks_offset: false,
-            states: self.states.clone(),
-            further: self.further.clone(),
-            ..*self
-        }
-    }
-}
-
-/// The FMU's output that the sensor measures; that of the tip where the FMU has no sensor.
-///
-/// # Errors
-/// An FMU without either.
-pub fn output_of(fmu: &Fmu, measurand: Measurand) -> Result<&Variable, Error> {
-    let quantity = measurand.name();
-    let measured = fmu.variable(&format!("measured_{quantity}"));
-    measured.or_else(|_| fmu.variable(&format!("tip_{quantity}")))
-}
-
-/// The structure as a campaign gives it, with the FMU's start values for what is left out.
-///
-/// # Errors
-/// Modal data that no structure can have.
-pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
-    let start = |name: String| -> Result<f64, Error> {
-        Ok(fmu.variable(&name)?.start_number().unwrap_or(f64::NAN))
-    };
-    let count = if beam.natural_frequencies_hz.is_empty() {
-        start("mode_count".into())? as usize
-    } else {
-        beam.natural_frequencies_hz.len()
-    };
-    let mut modes = Vec::new();
-    for j in 0..count {
-        let of = |list: &[f64], item: &str| match list.get(j) {
-            Some(value) => Ok(*value),
-            None => start(format!("mode[{}].{item}", j + 1)),
-        };
-        modes.push(Mode {
-            frequency_hz: of(&beam.natural_frequencies_hz, "frequency")?,
-            damping_ratio: of(&beam.damping_ratios, "damping_ratio")?,
-            mass_kg: match beam.masses_kg.len() {
-                1 => beam.masses_kg[0],
-                _ => of(&beam.masses_kg, "mass")?,
-            },
-            tip_value: of(&beam.tip_values, "tip_value")?,
-            sensor_ratio: beam.sensor.ratios.get(j).copied().unwrap_or(1.0),
-        });
-    }
-    Structure::new(modes).map_err(|source| Error::Observer {
-        run: "[beam]".into(),
-        source,
-    })
 }
 
 /// The reference model with the effects chosen, ready to be fitted to a campaign.
@@ -245,90 +124,13 @@ impl Hypothesis {
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
-        let reference = |name: &str| fmu.variable(name).map(|v| v.reference);
         let known = &campaign.uncertainty;
-        let mut shared = Vec::new();
-        let mut fixed = Vec::new();
-        let log = |name: String, unit: &str, reference: u32, value: f64, std: f64, factor: f64| {
-            Parameter {
-                name,
-                unit: unit.to_owned(),
-                kind: Kind::Reference,
-                targets: vec![(reference, 1.0)],
-                scale: Scale::Log,
-                prior: value,
-                prior_std: std,
-                min: value / factor,
-                max: value * factor,
-                step: 0.02 * std,
-                support: None,
-            }
-        };
         let modes = structure.modes();
-        for (j, mode) in modes.iter().enumerate() {
-            let at = |item: &str| format!("mode[{}].{item}", j + 1);
-            let (frequency, damping) = (
-                reference(&at("frequency"))?,
-                reference(&at("damping_ratio"))?,
-            );
-            let rate = fmu.variable(&at("damping_rate"));
-            let stated_rate = campaign.beam.damping_rates_per_s.get(j).copied();
-            match (rate, stated_rate) {
-                (Ok(rate), Some(value)) if mode.is_free() && value > 0.0 => {
-                    let std = known.damping_rate(j);
-                    shared.push(log(
-                        at("damping_rate"),
-                        "1/s",
-                        rate.reference,
-                        value,
-                        std,
-                        30.0,
-                    ));
-                }
-                // Where nothing is known of a guide, the rate at which the mass runs through its range, to a decade.
-                (Ok(rate), None) if mode.is_free() => shared.push(log(
-                    at("damping_rate"),
-                    "1/s",
-                    rate.reference,
-                    rate.start_number()
-                        .filter(|start| *start > 0.0)
-                        .unwrap_or(scales.velocity / scales.length),
-                    std::f64::consts::LN_10,
-                    1e3,
-                )),
-                (Ok(rate), Some(value)) => fixed.push((rate.reference, value)),
-                _ => {}
-            }
-            if mode.is_free() {
-                fixed.extend([(frequency, 0.0), (damping, 0.0)]);
-            } else {
-                shared.push(log(
-                    at("frequency"),
-                    "Hz",
-                    frequency,
-                    mode.frequency_hz,
-                    known.frequency(j),
-                    1.06,
-                ));
-                shared.push(log(
-                    at("damping_ratio"),
-                    "1",
-                    damping,
-                    mode.damping_ratio.max(1e-6),
-                    known.damping_ratio(j),
-                    30.0,
-                ));
-            }
-            fixed.push((reference(&at("tip_value"))?, mode.tip_value));
-            shared.push(log(
-                at("mass"),
-                "kg",
-                reference(&at("mass"))?,
-                mode.mass_kg,
-                known.participation(j),
-                1.5,
-            ));
-        }
+        let side = fmu.side_file();
+        let (mut shared, mut fixed) = match side {
+            Some(side) => (constants(side, false), Vec::new()),
+            None => beam_constants::of_structure(fmu, campaign, &structure, scales)?,
+        };
         let (ratios, of_added_modes) = sensor_ratios(fmu, &campaign.beam.sensor, modes.len())?;
         shared.extend(ratios);
         fixed.extend(of_added_modes);
@@ -341,46 +143,26 @@ impl Hypothesis {
             shared.push(Parameter {
                 kind: Kind::Input,
                 targets: Vec::new(),
-                ..log(name.into(), "1", 0, 1.0, std, 1.2)
+                ..Parameter::positive(name.into(), "1", 0, (1.0, std), 1.2)
             });
         }
-        for (item, unit, belief, factor) in [
-            ("mu_0", "1", friction.mu_0, 3.0),
-            ("v1", "m/s", friction.v1, 5.0),
-            ("c2", "s/m", friction.c2, 6.0),
-            ("a2", "1", friction.a2, 3.0),
-        ] {
-            let name = format!("friction.{item}");
-            let reference = reference(&name)?;
-            shared.push(log(name, unit, reference, belief.0, belief.1, factor));
-        }
-        shared.push(Parameter {
-            name: "friction.a1".into(),
-            unit: "1".into(),
-            kind: Kind::Reference,
-            targets: vec![(reference("friction.a1")?, 1.0)],
-            scale: Scale::Linear,
-            prior: friction.a1.0,
-            prior_std: friction.a1.1,
-            min: 0.0,
-            max: 0.95,
-            step: 0.002,
-            support: None,
-        });
-        let level_reference = reference("friction.level")?;
-        let level = |belief: Belief| {
-            let name = "friction.level".to_owned();
-            // Only the product of a run's level and its normal force acts.
-            let std = belief.1.hypot(known.normal_force_run_std);
-            Parameter {
-                kind: Kind::Level,
-                ..log(name, "1", level_reference, belief.0, std, 4.0)
+        let mut per_run = match side {
+            Some(side) => vec![constants(side, true); campaign.runs.len()],
+            None => {
+                shared.extend(beam_constants::of_friction(fmu, friction)?);
+                beam_constants::levels(fmu, friction, known)?
             }
         };
         let measurand = campaign.measurand();
         let (offset_name, offset_target) = match measurand {
-            Measurand::Displacement => ("sensor.offset", vec![(reference("sensor.offset")?, 1.0)]),
-            // The FMU has no sensor of velocities or accelerations: the predictor adds it.
+            // Where the FMU has no sensor of its own, as for velocities and accelerations, the predictor adds it.
+            Measurand::Displacement => (
+                "sensor.offset",
+                match (side, fmu.variable("sensor.offset")) {
+                    (Some(_), Err(_)) => Vec::new(),
+                    (_, offset) => vec![(offset?.reference, 1.0)],
+                },
+            ),
             Measurand::Velocity => ("sensor.velocity_offset", Vec::new()),
             Measurand::Acceleration => ("sensor.acceleration_offset", Vec::new()),
         };
@@ -397,16 +179,13 @@ impl Hypothesis {
             step: 1e-3 * spread,
             support: None,
         };
-        let mut per_run: Vec<Vec<Parameter>> = friction
-            .levels
-            .iter()
-            .map(|&belief| vec![level(belief), offset.clone()])
-            .collect();
         for (own, run) in per_run.iter_mut().zip(&campaign.runs) {
+            own.push(offset.clone());
             own.extend(constants_of_run(&campaign.further_sensors, run));
         }
         let mut extra_states = Vec::new();
-        let mut has_memory = false;
+        // One of another make is started by its states alone: it finds out by itself whether it sticks.
+        let mut has_memory = side.is_some();
         for choice in choices {
             let effect = &catalogue[choice.effect];
             has_memory |= effect.states.iter().any(|s| s.name == MEMORY_STATE);
@@ -513,12 +292,11 @@ impl Hypothesis {
             None => run.inputs.constant_external_force,
         };
         let pushed = references.external_force.filter(|_| push != 0.0);
-        [
-            (references.inputs[0], belt * belt_size),
-            (references.inputs[1], force * force_size),
-        ]
-        .into_iter()
-        .chain(pushed.map(move |reference| (reference, push)))
+        let [belt, force] = [belt * belt_size, force * force_size];
+        let [of_belt, of_force] = references.inputs;
+        let stated = [of_belt.map(|r| (r, belt)), of_force.map(|r| (r, force))];
+        let stated = stated.into_iter().flatten();
+        stated.chain(pushed.map(move |reference| (reference, push)))
     }
 
     /// Factors of belt velocity and normal force.
@@ -529,16 +307,12 @@ impl Hypothesis {
     /// Value reference of an input with a series, and the factor of its series.
     pub fn input_scale(&self, references: &References, name: &str, shared: &[f64]) -> (u32, f64) {
         let [belt, force] = self.scales(shared);
-        match name {
+        let (reference, scale) = match name {
             "belt_velocity" => (references.inputs[0], belt),
             "normal_force" => (references.inputs[1], force),
-            _ => (
-                references
-                    .external_force
-                    .expect("a campaign is checked for it"),
-                1.0,
-            ),
-        }
+            _ => (references.external_force, 1.0),
+        };
+        (reference.expect("a campaign is checked for it"), scale)
     }
 
     /// Distance in m that belt and tip have moved against each other when a segment of a run starts: the belt's part grows with
@@ -562,12 +336,13 @@ impl Hypothesis {
         let [belt_size, force_size] = sizes(run);
         if c == self.input_scales[0] {
             let (size, passed) = belt_part(run, segment);
-            vec![
-                (belt, slope * belt_size),
-                (references.history[0], slope * size * passed),
-            ]
+            let travel = references.history[0];
+            let of_belt = belt.map(|r| (r, slope * belt_size));
+            let of_travel = travel.map(|r| (r, slope * size * passed));
+            of_belt.into_iter().chain(of_travel).collect()
         } else if c == self.input_scales[1] {
-            vec![(force, slope * force_size)]
+            let of_force = force.map(|r| (r, slope * force_size));
+            of_force.into_iter().collect()
         } else {
             parameter.changes(position).collect()
         }

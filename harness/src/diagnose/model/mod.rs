@@ -1,6 +1,7 @@
 //! Hypotheses and their parameters, and the simulator that predicts segments.
 
 pub mod acting;
+pub mod beam_constants;
 pub mod belt_profile;
 pub mod displacement_range;
 pub mod effect_card;
@@ -8,6 +9,7 @@ pub mod finished_work;
 pub mod friction_prior;
 pub mod further_sensors;
 pub mod hypothesis;
+pub mod known_structure;
 pub mod library;
 pub mod observations;
 pub mod parameter;
@@ -15,10 +17,12 @@ pub mod periodic;
 pub mod point;
 pub mod predictor;
 pub mod problem;
+pub mod references;
 pub mod scales;
 pub mod sensor_ratios;
 pub mod similarity;
 pub mod simulator;
+pub mod stated_constants;
 pub mod unknown_function;
 pub mod variants;
 pub mod work;

@@ -75,6 +75,30 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// A constant of the model that is positive: believed is `value`, with a standard deviation `std` of its logarithm, and
+    /// allowed is what lies within `factor` of it.
+    pub fn positive(
+        name: String,
+        unit: &str,
+        target: u32,
+        (value, std): (f64, f64),
+        factor: f64,
+    ) -> Self {
+        Self {
+            name,
+            unit: unit.to_owned(),
+            kind: Kind::Reference,
+            targets: vec![(target, 1.0)],
+            scale: Scale::Log,
+            prior: value,
+            prior_std: std,
+            min: value / factor,
+            max: value * factor,
+            step: 0.02 * std,
+            support: None,
+        }
+    }
+
     /// Whether it is the phase of something that repeats.
     pub fn is_phase(&self) -> bool {
         self.kind == Kind::Phase

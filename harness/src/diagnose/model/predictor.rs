@@ -1,8 +1,9 @@
 //! Predicts segments with one instance of the FMU.
 
 use crate::diagnose::data::segment::{Segment, reach};
-use crate::diagnose::model::hypothesis::{Hypothesis, References};
+use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::{Kind, Parameter};
+use crate::diagnose::model::references::References;
 use crate::diagnose::model::simulator::{
     RUNAWAY, Samples, SegmentStart, SegmentValues, Simulator, Turn,
 };
@@ -90,6 +91,12 @@ impl<'a> Predictor<'a> {
         self.values.push(value);
     }
 
+    fn push_if_any(&mut self, reference: Option<u32>, value: f64) {
+        if let Some(reference) = reference {
+            self.push(reference, value);
+        }
+    }
+
     /// Lists the Real variables that a segment starts with.
     fn gather(&mut self, segment: &Segment, values: SegmentValues) {
         let SegmentValues {
@@ -103,12 +110,12 @@ impl<'a> Predictor<'a> {
         let run = &self.runs[segment.run];
         self.names.clear();
         self.values.clear();
-        self.push(r.tolerance, TOLERANCE);
+        self.push_if_any(r.tolerance, TOLERANCE);
         for (reference, value) in h.inputs(r, run, shared) {
             self.push(reference, value);
         }
-        self.push(r.history[0], h.travel(run, segment, shared));
-        self.push(r.history[1], segment.dwell);
+        self.push_if_any(r.history[0], h.travel(run, segment, shared));
+        self.push_if_any(r.history[1], segment.dwell);
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
         }
@@ -122,7 +129,7 @@ impl<'a> Predictor<'a> {
             }
         }
         let modal = 2 * h.modes;
-        for (&reference, &value) in r.states.iter().zip(&state[..modal]) {
+        for (&reference, &value) in r.starts.iter().zip(&state[..modal]) {
             self.push(reference, value);
         }
         for (&(reference, _), &value) in h.extra_states.iter().zip(&state[modal..]) {
@@ -131,12 +138,15 @@ impl<'a> Predictor<'a> {
     }
 
     /// The Integer variables that a segment starts with: contact (Stick = 1, Slip = 2), effects (Settled = 1), modes.
-    fn integers(&self, stuck: bool) -> ([u32; 3], [i32; 3]) {
+    fn integers(&self, stuck: bool) -> (Vec<u32>, Vec<i32>) {
         let r = self.references;
-        (
-            [r.contact, r.start_effects, r.mode_count],
-            [if stuck { 1 } else { 2 }, 1, self.hypothesis.modes as i32],
-        )
+        let all = [
+            (r.contact, if stuck { 1 } else { 2 }),
+            (r.start_effects, 1),
+            (r.mode_count, self.hypothesis.modes as i32),
+        ];
+        let there = all.into_iter();
+        there.filter_map(|(r, value)| Some((r?, value))).unzip()
     }
 
     /// The constants that the sensors of a run have, and where they stand.
@@ -229,7 +239,7 @@ impl Simulator for Predictor<'_> {
         for &turn in turns.iter().filter(|turn| of_sensor(turn).is_none()) {
             let modal = 2 * h.modes;
             match turn {
-                Turn::State(i) if i < modal => self.directions.push([(r.states[i], 1.0)]),
+                Turn::State(i) if i < modal => self.directions.push([(r.starts[i], 1.0)]),
                 Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
                 Turn::Shared(c) => {
                     let of = (&self.runs[segment.run], segment);
@@ -362,9 +372,14 @@ impl Simulator for Predictor<'_> {
         let modal = 2 * self.hypothesis.modes;
         let mut state = vec![0.0; modal];
         self.instance.get_real(&r.states, &mut state)?;
-        let mut mode = [0];
-        self.instance.get_integer(&[r.contact_mode], &mut mode)?;
-        let stuck = mode[0] == 0;
+        let stuck = match r.contact_mode {
+            Some(contact) => {
+                let mut mode = [1];
+                self.instance.get_integer(&[contact], &mut mode)?;
+                mode[0] == 0
+            }
+            None => false,
+        };
         let extra: Vec<u32> = self.hypothesis.extra_states.iter().map(|s| s.0).collect();
         let mut reached = vec![0.0; extra.len()];
         self.instance.get_real(&extra, &mut reached)?;

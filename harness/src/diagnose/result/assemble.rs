@@ -3,7 +3,8 @@
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
-use crate::diagnose::model::hypothesis::{Choice, structure};
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::problem::Problem;
@@ -262,8 +263,11 @@ fn fitted_library_effect(
     proposal(problem, choice, &last.fitted, 1.0 - left.powi(2))
 }
 
-/// What the calibrated model takes from the campaign as known, by FMU variable.
+/// What the calibrated model takes from the campaign as known, by FMU variable: nothing for an FMU with parameters of its own.
 fn known_structure(problem: &Problem) -> Result<BTreeMap<String, f64>, Error> {
+    if problem.fmu.side_file().is_some() {
+        return Ok(BTreeMap::new());
+    }
     let structure = structure(problem.fmu, &problem.campaign.beam)?;
     let modes = structure.modes();
     let mut out = BTreeMap::from([("mode_count".to_owned(), modes.len() as f64)]);

@@ -76,9 +76,9 @@ fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<
     let reals = out
         .into_iter()
         .map(|(reference, value)| (real_name(problem, reference), value));
-    std::iter::once(("mode_count".to_owned(), h.modes as f64))
-        .chain(reals)
-        .collect()
+    let modes = problem.references.mode_count;
+    let modes = modes.map(|_| ("mode_count".to_owned(), h.modes as f64));
+    modes.into_iter().chain(reals).collect()
 }
 
 /// Values of the effects of a step by FMU variable, a phase as in the first run.
@@ -92,38 +92,49 @@ pub fn effect_values(problem: &Problem, step: &Step) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// How a start is given besides its state, as [`crate::diagnose::model::predictor::Predictor`] gives it.
-const HOW: [&str; 4] = [
-    "start.contact",
-    "start.effects",
-    "belt_travel.start",
-    "dwell_time.start",
-];
 /// Values of `start.contact`.
 const STICK: f64 = 1.0;
 const SLIP: f64 = 2.0;
-/// Value of `start.effects`: effects' states count from where they fit_initial_states.
+/// Value of `start.effects`: effects' states count from where they settle.
 const SETTLED: f64 = 1.0;
 
+/// How a start of contact, effects, belt travel in m and dwell in s is given besides its state, as
+/// [`crate::diagnose::model::predictor::Predictor`] gives it: variables and values of those that the FMU has.
+fn how(problem: &Problem, stuck: bool, travel: f64, dwell: f64) -> Vec<(&'static str, f64)> {
+    let r = &problem.references;
+    let contact = if stuck { STICK } else { SLIP };
+    [
+        ("start.contact", r.contact, contact),
+        ("start.effects", r.start_effects, SETTLED),
+        ("belt_travel.start", r.history[0], travel),
+        ("dwell_time.start", r.history[1], dwell),
+    ]
+    .into_iter()
+    .filter_map(|(name, reference, value)| reference.map(|_| (name, value)))
+    .collect()
+}
+
 fn start_names(problem: &Problem, step: &Step) -> Vec<String> {
-    let states = problem.references.states.iter().copied();
+    let states = problem.references.starts.iter().copied();
     let extra = step.fitted.hypothesis.extra_states.iter().map(|s| s.0);
     let states = states.chain(extra).map(|s| real_name(problem, s));
-    HOW.map(str::to_owned).into_iter().chain(states).collect()
+    let how = how(problem, false, 0.0, 0.0).into_iter();
+    let how = how.map(|(name, _)| problem.fmu.own_name(name).to_owned());
+    how.chain(states).collect()
 }
 
 fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) -> Piece {
     let segment = &problem.segments[k];
     let origin = problem.campaign.runs[segment.run].time[0];
-    let contact = if point.stuck[place] { STICK } else { SLIP };
     let h = &step.fitted.hypothesis;
     let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
-    let how = [contact, SETTLED, travel, segment.dwell];
+    let how = how(problem, point.stuck[place], travel, segment.dwell).into_iter();
+    let states = point.states[place].iter().copied();
     Piece {
         start: segment.time[0] - origin,
         end: segment.time[segment.time.len() - 1] - origin,
         measured: segment.measured[0],
-        values: how.into_iter().chain(point.states[place].clone()).collect(),
+        values: how.map(|(_, value)| value).chain(states).collect(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::data::white_noise::gaussian;
-use crate::diagnose::model::hypothesis::structure;
+use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};

@@ -1,0 +1,117 @@
+//! Value references of the FMU's variables that every hypothesis needs.
+
+use crate::diagnose::model::further_sensors::FurtherSensors;
+use crate::error::Error;
+use crate::fmu::{Fmu, Variable};
+use crate::measurement::{Campaign, Measurand};
+use crate::observer::Structure;
+use std::sync::Arc;
+
+/// Value references of the FMU's variables that every hypothesis needs; those that an FMU of another make may lack are `None`
+/// there.
+pub struct References {
+    /// belt_velocity, normal_force.
+    pub inputs: [Option<u32>; 2],
+    /// external_force.
+    pub external_force: Option<u32>,
+    /// The output that the sensor measures ([`output_of`]).
+    pub measured: u32,
+    /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
+    pub lacks_offset: bool,
+    /// contact_mode (an enumeration, 0 = stick).
+    pub contact_mode: Option<u32>,
+    /// start.contact (an enumeration).
+    pub contact: Option<u32>,
+    /// start.effects (an enumeration).
+    pub start_effects: Option<u32>,
+    /// mode_count (an integer).
+    pub mode_count: Option<u32>,
+    /// tolerance.
+    pub tolerance: Option<u32>,
+    /// belt_travel.start and dwell_time.start.
+    pub history: [Option<u32>; 2],
+    /// What q[j], q_dot[j] in turn are read from.
+    pub states: Vec<u32>,
+    /// What they are set by before a start.
+    pub starts: Vec<u32>,
+    /// What further sensors read.
+    pub further: Arc<FurtherSensors>,
+}
+
+impl References {
+    /// Looks the names up.
+    ///
+    /// # Errors
+    /// A variable that the FMU does not have.
+    pub fn new(fmu: &Fmu, structure: &Structure, campaign: &Campaign) -> Result<Self, Error> {
+        let modes = structure.modes().len();
+        let measurand = campaign.measurand();
+        let tip_values = structure.modes().iter().map(|m| m.tip_value).collect();
+        let one = |name: &str| fmu.variable(name).map(|v| v.reference);
+        // A side file says which variables there are; without one all are asked for.
+        let if_any = |name: &str| match fmu.side_file() {
+            Some(_) => Ok(one(name).ok()),
+            None => one(name).map(Some),
+        };
+        let stated = match fmu.side_file() {
+            Some(side) => {
+                let needs_level = measurand != Measurand::Displacement && !structure.is_free();
+                if needs_level && side.friction_coefficient.is_none() {
+                    return Err(side.error(format!(
+                        "a measured {} does not tell the level of the friction force: state friction_coefficient at the top of the file, to a tenth or so",
+                        measurand.name()
+                    )));
+                }
+                Some(side.starts(2 * modes)?)
+            }
+            None => None,
+        };
+        let mut states = Vec::new();
+        for j in 1..=modes {
+            states.push(one(&format!("q[{j}]"))?);
+            states.push(one(&format!("q_dot[{j}]"))?);
+        }
+        Ok(Self {
+            inputs: [if_any("belt_velocity")?, if_any("normal_force")?],
+            external_force: one("external_force").ok(),
+            measured: output_of(fmu, measurand)?.reference,
+            lacks_offset: measurand != Measurand::Displacement
+                || fmu.variable("sensor.offset").is_err(),
+            contact_mode: if_any("contact_mode")?,
+            contact: if_any("start.contact")?,
+            start_effects: if_any("start.effects")?,
+            mode_count: if_any("mode_count")?,
+            tolerance: if_any("tolerance")?,
+            history: [if_any("belt_travel.start")?, if_any("dwell_time.start")?],
+            starts: stated.unwrap_or_else(|| states.clone()),
+            states,
+            further: Arc::new(FurtherSensors::new(
+                fmu,
+                &campaign.further_sensors,
+                tip_values,
+            )?),
+        })
+    }
+
+    /// The same names with another output in the place of the one measured.
+    pub(crate) fn observing(&self, output: u32) -> Self {
+        Self {
+            measured: output,
+            lacks_offset: false,
+            states: self.states.clone(),
+            starts: self.starts.clone(),
+            further: self.further.clone(),
+            ..*self
+        }
+    }
+}
+
+/// The FMU's output that the sensor measures; that of the tip where the FMU has no sensor.
+///
+/// # Errors
+/// An FMU without either.
+pub fn output_of(fmu: &Fmu, measurand: Measurand) -> Result<&Variable, Error> {
+    let quantity = measurand.name();
+    let measured = fmu.variable(&format!("measured_{quantity}"));
+    measured.or_else(|_| fmu.variable(&format!("tip_{quantity}")))
+}

@@ -1,0 +1,50 @@
+//! Constants of an FMU of another make, as its side file states them, which every hypothesis on it calibrates.
+
+use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::fmu::{Belief, Constant, SideFile};
+
+/// Standard deviations from the stated value within which a constant is sought where the FMU has no bounds: beyond, the file
+/// states another model.
+const REACH: f64 = 6.0;
+
+/// The constants that all runs share, or those of which each run has its own.
+pub fn constants(side: &SideFile, per_run: bool) -> Vec<Parameter> {
+    let wanted = side.constants.iter().filter(|c| c.per_run == per_run);
+    wanted.map(parameter).collect()
+}
+
+fn parameter(constant: &Constant) -> Parameter {
+    let &Constant {
+        reference, value, ..
+    } = constant;
+    let unit = &constant.unit;
+    let name = constant.variable.clone();
+    let out = match constant.belief {
+        Belief::Relative(std) => {
+            Parameter::positive(name, unit, reference, (value, std), (REACH * std).exp())
+        }
+        Belief::Absolute(std) => Parameter {
+            name,
+            unit: unit.clone(),
+            kind: Kind::Reference,
+            targets: vec![(reference, 1.0)],
+            scale: Scale::Linear,
+            prior: value,
+            prior_std: std,
+            min: value - REACH * std,
+            max: value + REACH * std,
+            step: 0.02 * std,
+            support: None,
+        },
+    };
+    Parameter {
+        kind: if constant.per_run {
+            Kind::Level
+        } else {
+            Kind::Reference
+        },
+        min: constant.min.unwrap_or(out.min),
+        max: constant.max.unwrap_or(out.max),
+        ..out
+    }
+}

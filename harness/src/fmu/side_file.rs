@@ -1,0 +1,488 @@
+//! What an FMU of another make does not say itself: which of its variables are inputs, outputs and states of a rubbed structure,
+//! which constants may be calibrated, and which parameters switch which effect on. A TOML file beside the FMU,
+//! `<name>.effects.toml` or `effects.toml` (docs/other-fmus.md).
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::description::{Kind, ModelDescription, Variable};
+use crate::error::Error;
+use crate::measurement::line_of;
+use crate::wording::nearest;
+
+/// Names under which this program looks for variables, which `[variables]` may lead to others.
+const ROLES: [&str; 11] = [
+    "belt_velocity",
+    "normal_force",
+    "external_force",
+    "tip_displacement",
+    "tip_velocity",
+    "tip_acceleration",
+    "friction_force",
+    "belt_travel.start",
+    "dwell_time.start",
+    "sensor.offset",
+    "tolerance",
+];
+
+/// How well a constant is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Belief {
+    /// Standard deviation of its logarithm: a positive constant, known to a factor.
+    Relative(f64),
+    /// Standard deviation of its value, in its own unit.
+    Absolute(f64),
+}
+
+/// A constant of the model that is calibrated with every hypothesis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constant {
+    /// The FMU's variable.
+    pub variable: String,
+    /// Its value reference.
+    pub reference: u32,
+    /// Unit symbol.
+    pub unit: String,
+    /// Value believed before the data.
+    pub value: f64,
+    /// How well it is known.
+    pub belief: Belief,
+    /// Smallest value allowed, where one is stated.
+    pub min: Option<f64>,
+    /// Largest value allowed, where one is stated.
+    pub max: Option<f64>,
+    /// Whether each run has its own.
+    pub per_run: bool,
+}
+
+/// An effect that parameters of the FMU switch on.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
+pub struct SideEffect {
+    pub id: String,
+    pub title: String,
+    pub equation: String,
+    pub description: String,
+    pub source: String,
+    pub signature: String,
+    pub confounders: String,
+    pub parameters: Vec<SideParameter>,
+    /// States of the effect: name, value reference and typical magnitude.
+    pub states: Vec<(String, u32, f64)>,
+}
+
+/// A parameter of such an effect.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
+pub struct SideParameter {
+    pub name: String,
+    pub description: String,
+    pub reference: u32,
+    pub unit: String,
+    /// The FMU's start value, which means off.
+    pub start: f64,
+    pub typical: f64,
+    pub min: f64,
+    pub max: f64,
+    /// `amplitude`, `shape`, `phase` or `setting`.
+    pub role: String,
+}
+
+/// A side file, checked against the description of its FMU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SideFile {
+    path: PathBuf,
+    /// The FMU's own names by those under which this program looks for them.
+    own_names: HashMap<String, String>,
+    /// What the modal displacements and velocities are set by, in turn.
+    starts: Vec<u32>,
+    /// Coefficient of friction, roughly, where it is stated.
+    pub friction_coefficient: Option<f64>,
+    /// Constants that are calibrated.
+    pub constants: Vec<Constant>,
+    /// Effects that the FMU offers.
+    pub effects: Vec<SideEffect>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    friction_coefficient: Option<Spanned<f64>>,
+    #[serde(default)]
+    variables: BTreeMap<Spanned<String>, Spanned<String>>,
+    #[serde(default)]
+    state: Vec<RawState>,
+    #[serde(default)]
+    constant: Vec<RawConstant>,
+    #[serde(default)]
+    effect: Vec<RawEffect>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawState {
+    start: Spanned<String>,
+    value: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawConstant {
+    variable: Spanned<String>,
+    value: Option<f64>,
+    std: Option<f64>,
+    std_absolute: Option<f64>,
+    min: Option<f64>,
+    max: Option<f64>,
+    #[serde(default)]
+    per_run: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawEffect {
+    id: Spanned<String>,
+    title: String,
+    #[serde(default)]
+    equation: String,
+    #[serde(default)]
+    description: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default)]
+    signature: String,
+    #[serde(default)]
+    confounders: String,
+    parameter: Vec<RawParameter>,
+    #[serde(default)]
+    state: Vec<RawEffectState>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawParameter {
+    name: Option<String>,
+    variable: Spanned<String>,
+    role: Spanned<String>,
+    typical: f64,
+    min: f64,
+    max: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawEffectState {
+    name: Option<String>,
+    variable: Spanned<String>,
+    nominal: f64,
+}
+
+impl SideFile {
+    /// The side file of an FMU; `None` where there is none, and for an FMU that declares its effects itself.
+    ///
+    /// # Errors
+    /// A file that can't be read, or does not fit the FMU.
+    pub(super) fn beside(
+        fmu: &Path,
+        description: &ModelDescription,
+    ) -> Result<Option<SideFile>, Error> {
+        if description.vendor_annotation("StickSlip").is_some() {
+            return Ok(None);
+        }
+        let named = SideFile::place(fmu);
+        let common = fmu.with_file_name("effects.toml");
+        let Some(path) = [named, common].into_iter().find(|p| p.is_file()) else {
+            return Ok(None);
+        };
+        let text = std::fs::read_to_string(&path).map_err(Error::read(&path))?;
+        SideFile::parse(&path, &text, description).map(Some)
+    }
+
+    /// Where the side file of an FMU is looked for first.
+    pub(crate) fn place(fmu: &Path) -> PathBuf {
+        fmu.with_extension("effects.toml")
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads the text of a side file.
+    fn parse(path: &Path, text: &str, description: &ModelDescription) -> Result<SideFile, Error> {
+        let raw: Raw = toml::from_str(text).map_err(|e| Error::EffectFile {
+            path: path.to_owned(),
+            line: e.span().map(|span| line_of(text, span)),
+            problem: e.message().to_owned(),
+        })?;
+        let check = Check {
+            path,
+            text,
+            description,
+        };
+        check.side_file(raw)
+    }
+
+    /// An error of this file as a whole.
+    pub fn error(&self, problem: impl Into<String>) -> Error {
+        Error::EffectFile {
+            path: self.path.clone(),
+            line: None,
+            problem: problem.into(),
+        }
+    }
+
+    /// The FMU's own name of a variable that this program knows by another.
+    pub fn own_name(&self, name: &str) -> Option<&str> {
+        self.own_names.get(name).map(String::as_str)
+    }
+
+    /// Value references by which `count` modal displacements and velocities, in turn, are set before a start.
+    ///
+    /// # Errors
+    /// Another number of states in the file.
+    pub fn starts(&self, count: usize) -> Result<Vec<u32>, Error> {
+        if self.starts.len() == count {
+            return Ok(self.starts.clone());
+        }
+        Err(self.error(format!(
+            "{} tables [[state]], but the {} modes of [structure] in campaign.toml have {count} states; give displacement and velocity of each mode in turn",
+            self.starts.len(),
+            count / 2
+        )))
+    }
+}
+
+/// The checks; knows the text, so that it can name lines.
+struct Check<'a> {
+    path: &'a Path,
+    text: &'a str,
+    description: &'a ModelDescription,
+}
+
+impl Check<'_> {
+    fn error(&self, span: Range<usize>, problem: String) -> Error {
+        Error::EffectFile {
+            path: self.path.to_owned(),
+            line: Some(line_of(self.text, span)),
+            problem,
+        }
+    }
+
+    /// The FMU's Real variable that is named.
+    fn variable(&self, name: &Spanned<String>) -> Result<&Variable, Error> {
+        let found = self.description.find(name.get_ref());
+        let real = found.filter(|v| v.kind == Kind::Real);
+        real.ok_or_else(|| {
+            let what = match found {
+                Some(_) => "is no Real".to_owned(),
+                None => {
+                    let like = self.description.nearest(name.get_ref());
+                    format!("does not exist; like it: {}", like.join(", "))
+                }
+            };
+            let problem = format!("variable '{}' of the FMU {what}", name.get_ref());
+            self.error(name.span(), problem)
+        })
+    }
+
+    fn number(&self, span: Range<usize>, what: &str, value: f64) -> Result<f64, Error> {
+        match value.is_finite() {
+            true => Ok(value),
+            false => Err(self.error(span, format!("{what} = {value} is no number"))),
+        }
+    }
+
+    fn side_file(&self, raw: Raw) -> Result<SideFile, Error> {
+        let mut own_names = HashMap::new();
+        for (role, variable) in &raw.variables {
+            if !ROLES.contains(&role.get_ref().as_str()) {
+                let like = nearest(role.get_ref(), ROLES);
+                let problem = format!(
+                    "'{}' is no name that [variables] knows{}; known are {}",
+                    role.get_ref(),
+                    like.first()
+                        .map_or(String::new(), |l| format!(", '{l}' is")),
+                    ROLES.join(", ")
+                );
+                return Err(self.error(role.span(), problem));
+            }
+            let own = self.variable(variable)?.name.clone();
+            own_names.insert(role.get_ref().clone(), own);
+        }
+        let mut starts = Vec::new();
+        for (i, state) in raw.state.iter().enumerate() {
+            starts.push(self.settable(&state.start)?.reference);
+            let value = self.variable(state.value.as_ref().unwrap_or(&state.start))?;
+            let name = match i % 2 {
+                0 => format!("q[{}]", i / 2 + 1),
+                _ => format!("q_dot[{}]", i / 2 + 1),
+            };
+            own_names.insert(name, value.name.clone());
+        }
+        let constants = raw.constant.iter().map(|c| self.constant(c));
+        let constants = constants.collect::<Result<_, _>>()?;
+        let mut effects: Vec<SideEffect> = Vec::new();
+        for effect in raw.effect {
+            if effects.iter().any(|e| e.id == *effect.id.get_ref()) {
+                let problem = format!("effect '{}' is there twice", effect.id.get_ref());
+                return Err(self.error(effect.id.span(), problem));
+            }
+            effects.push(self.effect(effect, &mut own_names)?);
+        }
+        let friction_coefficient = match raw.friction_coefficient {
+            Some(mu) if !(*mu.get_ref() > 0.0 && mu.get_ref().is_finite()) => {
+                let problem = format!(
+                    "friction_coefficient = {} is no positive number",
+                    mu.get_ref()
+                );
+                return Err(self.error(mu.span(), problem));
+            }
+            mu => mu.map(Spanned::into_inner),
+        };
+        Ok(SideFile {
+            path: self.path.to_owned(),
+            own_names,
+            starts,
+            friction_coefficient,
+            constants,
+            effects,
+        })
+    }
+
+    /// The FMU's Real variable that is named, if a value may be given to it before a start.
+    fn settable(&self, name: &Spanned<String>) -> Result<&Variable, Error> {
+        let variable = self.variable(name)?;
+        if variable.is_settable() || variable.start.is_some() {
+            return Ok(variable);
+        }
+        let problem = format!(
+            "variable '{}' of the FMU has no start value that could be set; name a parameter, an input or a variable with initial = \"exact\"",
+            variable.name
+        );
+        Err(self.error(name.span(), problem))
+    }
+
+    fn constant(&self, raw: &RawConstant) -> Result<Constant, Error> {
+        let variable = self.settable(&raw.variable)?;
+        let span = raw.variable.span();
+        let name = &variable.name;
+        let value = raw.value.or(variable.start_number()).unwrap_or(f64::NAN);
+        let value = self.number(
+            span.clone(),
+            &format!("the value of constant {name}"),
+            value,
+        )?;
+        let wrong =
+            |problem: String| Err(self.error(span.clone(), format!("constant {name} {problem}")));
+        let belief = match (raw.std, raw.std_absolute) {
+            (Some(std), None) if value > 0.0 => Belief::Relative(std),
+            (Some(_), None) => {
+                return wrong(format!(
+                    "is {value}, of which std can't be a share; give std_absolute in its unit"
+                ));
+            }
+            (None, Some(std)) => Belief::Absolute(std),
+            _ => {
+                return wrong(
+                    "needs either std, as a share, or std_absolute, in its unit: how well it is known"
+                        .into(),
+                );
+            }
+        };
+        let (Belief::Relative(std) | Belief::Absolute(std)) = belief;
+        if !(std > 0.0 && std.is_finite()) {
+            return wrong(format!(
+                "has a standard deviation of {std}; give a positive number"
+            ));
+        }
+        let (min, max) = (raw.min.or(variable.min), raw.max.or(variable.max));
+        if min.is_some_and(|m| !(m <= value)) || max.is_some_and(|m| !(m >= value)) {
+            return wrong(format!("is {value}, outside its bounds {min:?} to {max:?}"));
+        }
+        Ok(Constant {
+            variable: name.clone(),
+            reference: variable.reference,
+            unit: variable.unit.clone().unwrap_or_default(),
+            value,
+            belief,
+            min,
+            max,
+            per_run: raw.per_run,
+        })
+    }
+
+    fn effect(
+        &self,
+        raw: RawEffect,
+        own_names: &mut HashMap<String, String>,
+    ) -> Result<SideEffect, Error> {
+        let id = raw.id.get_ref().clone();
+        if raw.parameter.is_empty() {
+            let problem = format!("effect '{id}' has no parameter that would switch it on");
+            return Err(self.error(raw.id.span(), problem));
+        }
+        let mut parameters = Vec::new();
+        for p in raw.parameter {
+            let variable = self.settable(&p.variable)?;
+            let name = p.name.unwrap_or_else(|| variable.name.clone());
+            let start = variable.start_number().unwrap_or(0.0);
+            let wrong = |problem: String| {
+                let problem = format!("parameter {name} of effect '{id}' {problem}");
+                Err(self.error(p.variable.span(), problem))
+            };
+            if !["amplitude", "shape", "phase", "setting"].contains(&p.role.get_ref().as_str()) {
+                return wrong(format!(
+                    "has the role '{}'; give amplitude (0 is off), shape, phase or setting",
+                    p.role.get_ref()
+                ));
+            }
+            if p.role.get_ref() == "amplitude" && start != 0.0 {
+                return wrong(format!(
+                    "is {start} where the FMU starts; an amplitude must be 0 there, which switches the effect off"
+                ));
+            }
+            let in_order = p.min < p.max && (p.min..=p.max).contains(&p.typical);
+            if !(in_order && p.min.is_finite() && p.max.is_finite()) {
+                return wrong(format!(
+                    "has min = {}, typical = {}, max = {}; give finite numbers in this order",
+                    p.min, p.typical, p.max
+                ));
+            }
+            own_names.insert(format!("{id}.{name}"), variable.name.clone());
+            parameters.push(SideParameter {
+                description: variable.description.clone(),
+                reference: variable.reference,
+                unit: variable.unit.clone().unwrap_or_default(),
+                start,
+                typical: p.typical,
+                min: p.min,
+                max: p.max,
+                role: p.role.into_inner(),
+                name,
+            });
+        }
+        let mut states = Vec::new();
+        for s in raw.state {
+            let variable = self.settable(&s.variable)?;
+            let name = s.name.unwrap_or_else(|| variable.name.clone());
+            own_names.insert(format!("{id}.state.{name}"), variable.name.clone());
+            states.push((name, variable.reference, s.nominal));
+        }
+        Ok(SideEffect {
+            title: raw.title,
+            equation: raw.equation,
+            description: raw.description,
+            source: raw.source,
+            signature: raw.signature,
+            confounders: raw.confounders,
+            parameters,
+            states,
+            id,
+        })
+    }
+}
