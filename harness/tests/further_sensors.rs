@@ -380,7 +380,7 @@ fn val_a_load_cell_with_a_file_and_a_clock_of_its_own_reads_the_same() {
     write("campaign.toml", &toml(""));
     let error = Campaign::load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("no column 'F [N]'"), "{error}");
-    let provenance = Provenance::of_campaign(&campaign, Path::new("")).unwrap();
+    let provenance = Provenance::of_campaign(&campaign, None).unwrap();
     assert!(
         provenance
             .inputs

@@ -213,3 +213,30 @@ fn messages_of_what_is_known_wrongly() {
         assert!(found.contains(expected), "{found}");
     }
 }
+
+#[test]
+fn damping_rates_that_no_structure_has_are_refused() {
+    let with =
+        |keys: &str| format!("[beam]\nnatural_frequencies_hz = [0.0, 80.0]\n{keys}\n{CAMPAIGN}");
+    for (keys, expected) in [
+        (
+            "damping_rates_per_s = [-1.0, 0.0]",
+            "[beam] damping_rates_per_s = -1 1/s",
+        ),
+        ("damping_rates_per_s = [1.0]", "damping_rates_per_s"),
+        ("damping_rates_std_per_s = 0.1", "damping_rates_per_s"),
+        (
+            "damping_rates_per_s = [1.0, 0.0]\ndamping_rates_std_per_s = -0.1",
+            "damping_rates_std_per_s",
+        ),
+    ] {
+        let text = message(&with(keys), &good_csv());
+        assert!(text.contains(expected), "{keys}: {text}");
+    }
+    let stated = with("damping_rates_per_s = [2.0, 0.0]\ndamping_rates_std_per_s = 0.5");
+    let campaign = load(&stated, &good_csv()).unwrap();
+    assert_eq!(campaign.beam.damping_rates_per_s, [2.0, 0.0]);
+    assert_eq!(campaign.uncertainty.damping_rate(0), 0.25);
+    // Of a rate of zero there is no share.
+    assert_eq!(campaign.uncertainty.damping_rate(1), 0.5);
+}

@@ -204,7 +204,7 @@ fn eigen(structure: &Structure) -> (Vec<Complex<f64>>, DMatrix<Complex<f64>>) {
     let mut vectors = DMatrix::zeros(size, size);
     for (j, mode) in structure.modes().iter().enumerate() {
         let w = mode.angular_frequency();
-        let damping = mode.damping_ratio;
+        let damping = mode.whole_damping_ratio();
         for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
             let value = Complex::new(-damping * w, sign * w * (1.0 - damping * damping).sqrt());
             vectors[(2 * j, 2 * j + i)] = Complex::new(1.0, 0.0);
@@ -289,7 +289,7 @@ pub fn extended_matrix(structure: &Structure) -> DMatrix<f64> {
         let w = mode.angular_frequency();
         a[(2 * j, 2 * j + 1)] = 1.0;
         a[(2 * j + 1, 2 * j)] = -w * w;
-        a[(2 * j + 1, 2 * j + 1)] = -2.0 * mode.damping_ratio * w;
+        a[(2 * j + 1, 2 * j + 1)] = -mode.damping();
         a[(2 * j + 1, 2 * n)] = mode.tip_value / mode.mass_kg;
     }
     a

@@ -307,7 +307,9 @@ fn structure(
     } else {
         Structure::from_lists(frequencies, &damping, &beam.masses_kg, &beam.tip_values)
     };
-    let made = made.and_then(|structure| structure.with_sensor(&beam.sensor.ratios));
+    let made = made
+        .and_then(|structure| structure.with_damping_rates(&beam.damping_rates_per_s))
+        .and_then(|structure| structure.with_sensor(&beam.sensor.ratios));
     made.map_err(|source| Error::Observe {
         path: file.to_owned(),
         source,

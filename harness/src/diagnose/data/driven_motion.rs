@@ -250,6 +250,7 @@ mod tests {
         let mode = |&(frequency_hz, damping_ratio, mass_kg, tip_value)| Mode {
             frequency_hz,
             damping_ratio,
+            damping_rate: 0.0,
             mass_kg,
             tip_value,
             sensor_ratio: 1.0,

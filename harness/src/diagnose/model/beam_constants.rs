@@ -55,6 +55,8 @@ pub fn of_structure(
                 calibrated("damping_rate", "1/s", belief, UNKNOWN_RATE_FACTOR)?;
             }
             (Ok(rate), Some(value)) => fixed.push((rate.reference, value)),
+            // It would be left out of every motion without a word.
+            (Err(missing), Some(value)) if value != 0.0 => return Err(missing),
             _ => {}
         }
         if mode.is_free() {

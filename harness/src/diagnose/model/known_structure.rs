@@ -48,6 +48,8 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
         modes.push(Mode {
             frequency_hz: of(&beam.natural_frequencies_hz, "frequency")?,
             damping_ratio: of(&beam.damping_ratios, "damping_ratio")?,
+            // An FMU without the parameter has no such damper.
+            damping_rate: of(&beam.damping_rates_per_s, "damping_rate").unwrap_or(0.0),
             mass_kg: match beam.masses_kg.len() {
                 1 => beam.masses_kg[0],
                 _ => of(&beam.masses_kg, "mass")?,

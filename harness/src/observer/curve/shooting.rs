@@ -47,7 +47,7 @@ impl Plant {
         for (j, mode) in structure.modes().iter().enumerate() {
             let w = mode.angular_frequency();
             plant.stiffness[j] = w * w;
-            plant.damping[j] = 2.0 * mode.damping_ratio * w;
+            plant.damping[j] = mode.damping();
             plant.drive[j] = mode.tip_value / mode.mass_kg;
             plant.tip[j] = mode.tip_value;
             plant.sensor[j] = mode.sensor_value();

@@ -189,7 +189,7 @@ fn acceleration(
     for (mode, (q, v)) in structure.modes().iter().zip(q.iter().zip(q_dot)) {
         let w = mode.angular_frequency();
         for (a, (q, v)) in out.iter_mut().zip(q.iter().zip(v)) {
-            *a -= mode.tip_value * (2.0 * mode.damping_ratio * w * v + w * w * q);
+            *a -= mode.tip_value * (mode.damping() * v + w * w * q);
         }
     }
     out

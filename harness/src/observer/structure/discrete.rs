@@ -52,18 +52,40 @@ impl Mode {
     /// Free motion over `tau`: `[q, q'/w]` goes to `e [q, q'/w]` (2 x 2, row by row).
     fn free_motion(&self, tau: f64) -> [[f64; 2]; 2] {
         if self.is_free() {
-            return [[1.0, self.rate() * tau], [0.0, 1.0]];
+            let x = self.damping_rate * tau;
+            return [
+                [1.0, self.rate() * tau * decay_integral(1, x)],
+                [0.0, (-x).exp()],
+            ];
         }
-        let w = self.angular_frequency();
-        let root = (1.0 - self.damping_ratio.powi(2)).sqrt();
-        let decay = (-self.damping_ratio * w * tau).exp();
+        let (w, ratio) = (self.angular_frequency(), self.whole_damping_ratio());
+        let root = (1.0 - ratio.powi(2)).sqrt();
+        let decay = (-ratio * w * tau).exp();
         let (sin, cos) = (w * root * tau).sin_cos();
-        let (s, d) = (sin / root, self.damping_ratio * sin / root);
+        let (s, d) = (sin / root, ratio * sin / root);
         [
             [decay * (cos + d), decay * s],
             [-decay * s, decay * (cos - d)],
         ]
     }
+}
+
+/// What a decay with `exp(-x)` at its end leaves of `tau^n / n!`, the n-fold integral of 1 over a time `tau`, times `tau^-n`:
+/// `phi_n(x) = sum_k (-x)^k / (k + n)!`, so `phi_1 = (1 - exp(-x))/x`, `phi_(n+1) = (1/n! - phi_n)/x`.
+fn decay_integral(n: u32, x: f64) -> f64 {
+    let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
+    // The recursion cancels where x is small, the series alternates where it is large.
+    if x < 1.0 {
+        let mut term = 1.0 / factorial(n);
+        let mut sum = term;
+        for k in 1..20 {
+            term *= -x / f64::from(k + n);
+            sum += term;
+        }
+        return sum;
+    }
+    let first = -(-x).exp_m1() / x;
+    (1..n).fold(first, |phi, n| (1.0 / factorial(n) - phi) / x)
 }
 
 impl Structure {
@@ -111,7 +133,11 @@ impl Structure {
             let wt = w * tau;
             // Constant force: the motion is free about the static deflection (s, 0), or accelerates where no spring holds it.
             let held = if mode.is_free() {
-                [0.5 * wt * wt * s, wt * s]
+                let x = mode.damping_rate * tau;
+                [
+                    wt * wt * s * decay_integral(2, x),
+                    wt * s * decay_integral(1, x),
+                ]
             } else {
                 [(1.0 - e[0][0]) * s, -e[1][0] * s]
             };
@@ -121,11 +147,12 @@ impl Structure {
                 a[(2 * j + row, 2 * n)] = held[row];
             }
             if force_model == ForceModel::IntegratedRandomWalk && mode.is_free() {
-                a[(2 * j, 2 * n + 1)] = s * w_1 * tau * wt * wt / 6.0;
-                a[(2 * j + 1, 2 * n + 1)] = 0.5 * s * w_1 * tau * wt;
+                let x = mode.damping_rate * tau;
+                a[(2 * j, 2 * n + 1)] = s * w_1 * tau * wt * wt * decay_integral(3, x);
+                a[(2 * j + 1, 2 * n + 1)] = s * w_1 * tau * wt * decay_integral(2, x);
             } else if force_model == ForceModel::IntegratedRandomWalk {
                 // Rising force: free about the ramp (s (f - 2 D f'/w), s f'/w), f' = w_1 g.
-                let p = [-2.0 * mode.damping_ratio * s * w_1 / w, s * w_1 / w];
+                let p = [-2.0 * mode.whole_damping_ratio() * s * w_1 / w, s * w_1 / w];
                 a[(2 * j, 2 * n + 1)] = p[0] - e[0][0] * p[0] - e[0][1] * p[1] + s * w_1 * tau;
                 a[(2 * j + 1, 2 * n + 1)] = p[1] - e[1][0] * p[0] - e[1][1] * p[1];
             }
@@ -174,7 +201,7 @@ impl Structure {
         c
     }
 
-    /// `w'' = sum phi_j(s) (phi_j F / m_j - 2 D_j w_j q_j' - w_j^2 q_j)` over the scaled state; the force passes through it at once.
+    /// `w'' = sum phi_j(s) (phi_j F / m_j - (2 D_j w_j + d_j) q_j' - w_j^2 q_j)` over the scaled state; the force passes through it at once.
     fn acceleration_output(
         &self,
         force_model: ForceModel,
@@ -185,7 +212,7 @@ impl Structure {
         for (j, mode) in self.modes.iter().enumerate() {
             let w = mode.angular_frequency();
             c[2 * j] = -shape(mode) * w * w;
-            c[2 * j + 1] = -shape(mode) * 2.0 * mode.damping_ratio * w * mode.rate();
+            c[2 * j + 1] = -shape(mode) * mode.damping() * mode.rate();
         }
         let modes = self.modes.iter();
         let inverse_mass: f64 = modes.map(|m| shape(m) * m.tip_value / m.mass_kg).sum();
@@ -245,6 +272,67 @@ mod tests {
             let later = &model.transition * &next;
             let slope = (model.velocity.dot(&later) - model.velocity.dot(&z)) / 2e-5;
             assert!((slope - measured(&next)).abs() < 1e-6 * expected);
+        }
+    }
+
+    // Source: closed forms of `q'' + d q' = phi F / m` with F = F_0 + F_1 t from rest, and of its velocity that decays.
+    #[test]
+    fn val_a_free_mass_with_a_damper_moves_as_the_closed_forms_say() {
+        let (mass, f_0, f_1) = (0.5, 3.0, -7.0);
+        for rate in [0.0, 1e-6, 2.0, 999.0, 1001.0, 4e4] {
+            let structure = Structure::single(0.0, 0.0, mass).unwrap();
+            let structure = structure.with_damping_rates(&[rate]).unwrap();
+            let mode = structure.modes()[0];
+            let tau = 1e-3;
+            let a = structure.transition(ForceModel::IntegratedRandomWalk, tau);
+            let x_s = structure.force_scale();
+            let z = DVector::from_vec(vec![0.0, 0.0, f_0 * x_s, f_1 * x_s / mode.rate()]);
+            let end = &a * z;
+            let x: f64 = rate * tau;
+            let (q, v) = if x < 1e-3 {
+                // To second order in x, whose fourth is below the last digit.
+                let held = f_0 * tau * tau * (0.5 - x / 6.0 + x * x / 24.0);
+                let rising = f_1 * tau.powi(3) * (1.0 / 6.0 - x / 24.0 + x * x / 120.0);
+                let v = f_0 * tau * (1.0 - x / 2.0 + x * x / 6.0);
+                let of_rising = f_1 * tau * tau * (0.5 - x / 6.0 + x * x / 24.0);
+                (held + rising, v + of_rising)
+            } else {
+                let e = (-x).exp();
+                let v = f_0 / rate * (1.0 - e) + f_1 / rate * (tau - (1.0 - e) / rate);
+                let q = f_0 / rate * (tau - (1.0 - e) / rate)
+                    + f_1 / rate * (0.5 * tau * tau - (tau - (1.0 - e) / rate) / rate);
+                (q, v)
+            };
+            let found = [end[0], end[1] * mode.rate()];
+            for (found, expected) in found.into_iter().zip([q / mass, v / mass]) {
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-9,
+                    "{rate}: {found} {expected}"
+                );
+            }
+            let coasting = &a * DVector::from_vec(vec![0.0, 1.0, 0.0, 0.0]);
+            assert!((coasting[1] / (-x).exp() - 1.0).abs() < 1e-12);
+        }
+    }
+
+    // Source: a damper d beside a damping ratio D acts as the ratio D + d/(2 w) does.
+    #[test]
+    fn val_a_damper_beside_a_spring_is_a_damping_ratio() {
+        let w = std::f64::consts::TAU * 80.0;
+        let plain = Structure::single(80.0, 0.01 + 3.0 / (2.0 * w), 0.427).unwrap();
+        let damper = Structure::single(80.0, 0.01, 0.427).unwrap();
+        let damper = damper.with_damping_rates(&[3.0]).unwrap();
+        for measured in [Measurand::Displacement, Measurand::Acceleration] {
+            let model =
+                |s: &Structure| s.discretise(ForceModel::default(), 1e-4, measured).unwrap();
+            let (plain, damper) = (model(&plain), model(&damper));
+            assert!((plain.transition - damper.transition).amax() < 1e-13);
+            let size = plain.reading.amax();
+            assert!((plain.reading - damper.reading).amax() < 1e-13 * size);
+        }
+        for rate in [-1.0, f64::NAN, 2.0 * w] {
+            let refused = damper.with_damping_rates(&[rate]).unwrap_err();
+            assert!(refused.to_string().contains("damping rate"), "{refused}");
         }
     }
 }

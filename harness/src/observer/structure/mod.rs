@@ -1,7 +1,7 @@
 //! The linear part of the rig: vibration modes driven at the tip, and measured there or at another point `s`.
 //!
-//! `q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F / m_j`, `w_tip = sum_j phi_j q_j`, `w_s = sum_j phi_j(s) q_j`
-//! (Stelter 1992, eqs. 2, 3; `phi_j = phi_j(1)`), with the contact force as additional state:
+//! `q_j'' + (2 D_j w_j + d_j) q_j' + w_j^2 q_j = phi_j F / m_j`, `w_tip = sum_j phi_j q_j`, `w_s = sum_j phi_j(s) q_j`
+//! (Stelter 1992, eqs. 2, 3, with `d_j = 0`; `phi_j = phi_j(1)`), with the contact force as additional state:
 //! `F' = 0` (his eq. 10), or driven by white noise for the Kalman filter.
 
 mod discrete;
@@ -26,6 +26,8 @@ pub struct Mode {
     pub frequency_hz: f64,
     /// Damping ratio `D_j` (1), at least 0 and below 1.
     pub damping_ratio: f64,
+    /// Damping rate `d_j` in 1/s beside it, a viscous damper over the modal mass: the damping of a mass that slides freely.
+    pub damping_rate: f64,
     /// Modal mass `m_j` in kg.
     pub mass_kg: f64,
     /// Value of the mode shape at the tip, `phi_j(1)` (1).
@@ -52,6 +54,16 @@ impl Mode {
         } else {
             self.angular_frequency()
         }
+    }
+
+    /// All its damping, `2 D_j w_j + d_j` in 1/s.
+    pub fn damping(&self) -> f64 {
+        2.0 * self.damping_ratio * self.angular_frequency() + self.damping_rate
+    }
+
+    /// All damping of a mode with a spring as a damping ratio, `D_j + d_j / (2 w_j)`.
+    pub fn whole_damping_ratio(&self) -> f64 {
+        self.damping_ratio + 0.5 * self.damping_rate / self.rate()
     }
 
     /// Whether it has no spring.
@@ -149,6 +161,7 @@ impl Structure {
                 .map(|j| Mode {
                     frequency_hz: frequencies_hz[j],
                     damping_ratio: damping_ratios[j],
+                    damping_rate: 0.0,
                     mass_kg: masses_kg[j],
                     tip_value: tip_values[j],
                     sensor_ratio: 1.0,
@@ -166,6 +179,7 @@ impl Structure {
         Self::new(vec![Mode {
             frequency_hz,
             damping_ratio,
+            damping_rate: 0.0,
             mass_kg,
             tip_value: 1.0,
             sensor_ratio: 1.0,
@@ -187,6 +201,21 @@ impl Structure {
         let modes = self.modes.iter().zip(ratios);
         let modes = modes.map(|(mode, sensor_ratio)| Mode {
             sensor_ratio,
+            ..*mode
+        });
+        Self::new(modes.collect())
+    }
+
+    /// The same structure with dampers beside the damping ratios: `rates` of [`Mode::damping_rate`] in 1/s, one for each mode from the
+    /// first on; 0 for those that are left out.
+    ///
+    /// # Errors
+    /// A rate below 0 or no finite number, or one that leaves a mode with a spring overdamped.
+    pub fn with_damping_rates(&self, rates: &[f64]) -> Result<Self, ObserverError> {
+        let rates = rates.iter().copied().chain(std::iter::repeat(0.0));
+        let modes = self.modes.iter().zip(rates);
+        let modes = modes.map(|(mode, damping_rate)| Mode {
+            damping_rate,
             ..*mode
         });
         Self::new(modes.collect())
@@ -241,14 +270,14 @@ impl Structure {
     }
 
     /// Force that holds the tip at constant velocity in the given state, in N:
-    /// `F_c = sum phi_j (2 D_j w_j q_j' + w_j^2 q_j) / sum(phi_j^2 / m_j)` (constant belt speed).
+    /// `F_c = sum phi_j ((2 D_j w_j + d_j) q_j' + w_j^2 q_j) / sum(phi_j^2 / m_j)` (constant belt speed).
     ///
     /// `q` in m and `q_dot` in m/s, one value per mode.
     pub fn constraint_force(&self, q: &[f64], q_dot: &[f64]) -> f64 {
         self.elastic_acceleration(q, q_dot) / self.inverse_tip_mass()
     }
 
-    /// `sum phi_j (2 D_j w_j q_j' + w_j^2 q_j)` in m/s^2; the tip acceleration is
+    /// `sum phi_j ((2 D_j w_j + d_j) q_j' + w_j^2 q_j)` in m/s^2; the tip acceleration is
     /// [`Self::inverse_tip_mass`] `* F` less this.
     pub fn elastic_acceleration(&self, q: &[f64], q_dot: &[f64]) -> f64 {
         self.modes
@@ -256,7 +285,7 @@ impl Structure {
             .zip(q.iter().zip(q_dot))
             .map(|(m, (q, v))| {
                 let w = m.angular_frequency();
-                m.tip_value * (2.0 * m.damping_ratio * w * v + w * w * q)
+                m.tip_value * (m.damping() * v + w * w * q)
             })
             .sum()
     }
@@ -317,6 +346,15 @@ fn check_mode(number: usize, mode: &Mode) -> Result<(), ObserverError> {
             mode.damping_ratio,
             "",
             "must be at least 0 and below 1",
+        );
+    }
+    let is_light = mode.is_free() || mode.whole_damping_ratio() < 1.0;
+    if !(mode.damping_rate >= 0.0 && mode.damping_rate.is_finite() && is_light) {
+        return bad(
+            "damping rate",
+            mode.damping_rate,
+            "1/s",
+            "must be at least 0 and leave the mode less than critically damped",
         );
     }
     if !(mode.mass_kg > 0.0 && mode.mass_kg.is_finite()) {
