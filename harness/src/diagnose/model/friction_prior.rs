@@ -20,6 +20,11 @@ use crate::observer::{
 /// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
 const FOREIGN: f64 = 0.25;
 
+/// Whether observed over expected friction tells of other surfaces.
+pub fn is_foreign(ratio: f64) -> bool {
+    ratio > 0.0 && ratio.ln().abs() > FOREIGN
+}
+
 /// Standard deviation of the logarithm of a2: friction constants are known to a tenth at best.
 const A2_STD: f64 = 0.1;
 
@@ -96,13 +101,13 @@ pub struct FrictionPrior {
     pub a2: Belief,
     /// Friction level of each run (1).
     pub levels: Vec<Belief>,
-    /// Observed over expected friction, where the surfaces are not those of the start values.
+    /// Observed over expected friction, where surfaces or machine are not those of the start values.
     pub foreign: Option<f64>,
 }
 
 impl FrictionPrior {
-    /// The beliefs for a campaign's runs, of the machine that the start values hold for or of another. Where a velocity was measured, the level of the smoothed force is that of the start
-    /// values, so that other surfaces are not recognised.
+    /// The beliefs for a campaign's runs, of the machine that the start values hold for or of another. Where a velocity was measured, the
+    /// level of the smoothed force is that of the start values, so that other surfaces are not recognised.
     pub fn new(
         expected: StartFriction,
         is_other_machine: bool,
@@ -143,7 +148,6 @@ impl FrictionPrior {
             foreign: None,
         };
         // Friction that rises with the sliding speed is another effect on the same surfaces: at rest the two agree.
-        let is_foreign = |r: f64| r > 0.0 && r.ln().abs() > FOREIGN;
         let is_off = is_foreign(ratio) && is_foreign(line(&pooled).0);
         if !(is_off || is_other_machine && ratio > 0.0) {
             return as_made;

@@ -4,6 +4,7 @@ use crate::diagnose::data::break_away::BreakAways;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::effect_card::EffectCard;
+use crate::diagnose::model::friction_prior::is_foreign;
 use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
@@ -55,9 +56,19 @@ pub(crate) fn remarks(
             ));
         }
     }
-    if let Some(ratio) = problem.friction.foreign {
+    // The constants of an FMU of another make come from its side file, whatever the force.
+    let of_beam = problem.fmu.side_file().is_none();
+    if let Some(ratio) = problem.friction.foreign.filter(|_| of_beam) {
+        let why = match is_foreign(ratio) {
+            true => format!(
+                "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces, or another machine."
+            ),
+            false => {
+                "The machine is of another size than that of the FMU's start values.".to_owned()
+            }
+        };
         out.push(format!(
-            "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces, or another machine. The friction constants were started from the measured force instead."
+            "{why} The friction constants were started from the measured force instead."
         ));
     }
     for (index, parameter) in fitted.hypothesis.shared.iter().enumerate() {
