@@ -112,6 +112,50 @@ fn val_all_sensors_enter_one_likelihood_and_show_how_far_off_they_are() {
 }
 
 #[test]
+fn val_a_comparison_shows_further_sensors_where_the_first_one_aligns_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), 0.3, SENSORS, 1.0);
+    let compared = json(&stickslip(
+        &["compare", ".", "--json", "-o", "compared"],
+        folder.path(),
+    ));
+    let number = |value: &serde_json::Value, key: &str| value[key].as_f64().unwrap();
+    let runs = compared["runs"].as_array().unwrap();
+    // The small motion of the last run is irregular: no start of the model leads to it.
+    let met: Vec<_> = runs.iter().filter(|r| number(r, "nrmse") < 0.01).collect();
+    assert_eq!(met.len(), 3);
+    for run in met {
+        let sensors = run["further_sensors"].as_array().unwrap();
+        assert_eq!(sensors[1]["name"], "load cell");
+        assert_eq!(sensors[1]["quantity"], "friction_force");
+        for (sensor, factor) in sensors.iter().zip(FACTORS) {
+            let off = number(sensor, "factor") / factor - 1.0;
+            assert!(off.abs() < 0.005, "{sensor:#}");
+            assert!(
+                number(sensor, "nrmse") > number(sensor, "noise_floor"),
+                "{sensor:#}"
+            );
+        }
+        assert!(number(&sensors[0], "nrmse") < 0.02, "{:#}", sensors[0]);
+        // What the model leaves of the force: zero and factor of the load cell.
+        let largest = 0.66 * number(run, "normal_force_n");
+        let spread = NOISES[2] / number(&sensors[1], "noise_floor");
+        let most = 1.2 * (ZERO + (1.0 - FACTORS[1]) * largest) / spread;
+        assert!(number(&sensors[1], "nrmse") < most, "{:#}", sensors[1]);
+        // It reads every second sample, and does not count beside a transition.
+        assert!(number(&sensors[1], "samples") < 0.5 * number(&sensors[0], "samples"));
+    }
+    let report = std::fs::read_to_string(folder.path().join("compared/report.html")).unwrap();
+    assert!(report.contains("load cell: its readings"));
+    let table = stickslip(&["compare", ".", "-o", "compared"], folder.path());
+    let table = String::from_utf8_lossy(&table.stdout).into_owned();
+    assert!(
+        table.contains("load cell") && table.contains("factor"),
+        "{table}"
+    );
+}
+
+#[test]
 fn a_sensor_that_reads_something_else_is_named_before_any_work() {
     let in_kilonewtons = 1e-3;
     for (factor, remedy) in [

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::driven_motion::driven_motions;
 use super::follow::follow;
 use super::from_start_states::{Held, nrmse, settings};
+use super::further::{Further, FurtherComparison};
 use super::model_motion::{Lead, model_motions};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -43,6 +44,9 @@ pub struct RunComparison {
     pub model: Characteristics,
     /// Remarks on the data.
     pub remarks: Vec<String>,
+    /// What further sensors read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_sensors: Vec<FurtherComparison>,
     /// The curves for the report.
     #[serde(skip)]
     pub curves: Curves,
@@ -87,7 +91,7 @@ pub struct Curves {
 pub(super) fn compare_run(
     fmu: &Fmu,
     beam: &BeamKnowledge,
-    run: &Run,
+    (run, further): (&Run, &Further),
     (held, given): (&Held, &[(String, f64)]),
     watch: &dyn Watch,
 ) -> Result<RunComparison, Error> {
@@ -105,9 +109,9 @@ pub(super) fn compare_run(
     let lead = period.map_or(Lead::default(), |p| Lead::of(p, run.duration(), interval));
     let half = |second| Half { watch, second };
     let motions = if run.sustains_itself() {
-        model_motions(fmu, beam, run, lead, &settings, &half(false))?
+        model_motions(fmu, beam, (run, further), lead, &settings, &half(false))?
     } else {
-        driven_motions(fmu, beam, run, &settings)?
+        driven_motions(fmu, beam, (run, further), &settings)?
     };
     let follower = follow(&time, run, &motions, period, &half(true))?;
     let measured_stick = stick_of(&time, (run.measurand, &run.measured), belt_velocity, noise);
@@ -132,6 +136,7 @@ pub(super) fn compare_run(
         .iter()
         .map(|s| f64::from(u8::from(*s)))
         .collect();
+    let further_sensors = further.compare(run, follower.further, &measured_stick.sticks);
     let curves = Curves {
         cycle_sticks: average(&flags)
             .map(|c| c.mean.iter().map(|share| *share > 0.5).collect())
@@ -158,6 +163,7 @@ pub(super) fn compare_run(
         measured,
         model,
         remarks: remarks(run),
+        further_sensors,
         curves,
     })
 }

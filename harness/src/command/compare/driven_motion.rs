@@ -1,6 +1,7 @@
 //! Runs that have their place in time: driven from outside, or free and dying out. There is nothing to settle and nothing to
 //! align: the model starts as the record does, gets the same inputs, and is compared sample by sample.
 
+use super::further::Further;
 use super::model_motion::{Motion, Motions, model_run};
 use crate::command::operating_point::OperatingPoint;
 use crate::error::Error;
@@ -21,7 +22,7 @@ const SLOPE: f64 = 1e-4;
 pub(super) fn driven_motions(
     fmu: &Fmu,
     beam: &BeamKnowledge,
-    run: &Run,
+    (run, further): (&Run, &Further),
     settings: &[(String, f64)],
 ) -> Result<Motions, Error> {
     let drive = Drive::of_run(fmu, run)?;
@@ -33,6 +34,7 @@ pub(super) fn driven_motions(
     let beside = Beside {
         fmu,
         run,
+        further,
         drive,
         point: point.with(settings),
     };
@@ -45,6 +47,7 @@ pub(super) fn driven_motions(
 struct Beside<'a> {
     fmu: &'a Fmu,
     run: &'a Run,
+    further: &'a Further<'a>,
     drive: Drive,
     point: OperatingPoint,
 }
@@ -59,7 +62,7 @@ impl Beside<'_> {
         let interval = self.run.sample_interval();
         model_run(
             self.fmu,
-            self.run,
+            (self.run, self.further),
             &point,
             (interval, steps),
             Some(&self.drive),

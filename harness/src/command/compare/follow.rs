@@ -15,6 +15,8 @@ pub(super) struct Follower {
     pub measured: Vec<f64>,
     /// The velocity, m/s, beside a displacement, or the displacement, m, beside a velocity; NaN where the model is switched from one motion or phase to another.
     pub other: Vec<f64>,
+    /// What each further sensor reads, in its SI unit; NaN likewise.
+    pub further: Vec<Vec<f64>>,
     /// Measured minus model, m or m/s.
     pub residual: Vec<f64>,
     /// Root mean square of the residual over the spread of the measurement, 1.
@@ -38,6 +40,11 @@ pub(super) fn follow(
         let model = pieces[0].measured(run.measurand, interval).at_all(time);
         return Ok(Follower {
             other: pieces[0].other(run.measurand, interval).at_all(time),
+            further: pieces[0]
+                .further(interval)
+                .iter()
+                .map(|m| m.at_all(time))
+                .collect(),
             residual: run
                 .measured
                 .iter()
@@ -64,6 +71,7 @@ pub(super) fn follow(
     })?;
     let aligned = AlignedResidual::of(time, measured, &views, fits.concat());
     let mut other = Vec::with_capacity(time.len());
+    let mut further = vec![Vec::with_capacity(time.len()); pieces[0].further(interval).len()];
     for fit in &aligned.fits {
         let motion = pieces[fit.motion].other(run.measurand, interval);
         other.extend(
@@ -72,6 +80,12 @@ pub(super) fn follow(
                 .map(|t| motion.at(t + fit.shift)),
         );
         other[fit.samples.start] = f64::NAN;
+        let motions = pieces[fit.motion].further(interval);
+        for (readings, motion) in further.iter_mut().zip(motions) {
+            let times = time[fit.samples.clone()].iter();
+            readings.extend(times.map(|t| motion.at(t + fit.shift)));
+            readings[fit.samples.start] = f64::NAN;
+        }
     }
     let target = amplitude(&run.measured);
     let samples = |k: usize| pieces[k].samples(run.measurand, time.len());
@@ -88,6 +102,7 @@ pub(super) fn follow(
         own_period: nearest.and_then(|k| period(samples(k), interval)),
         measured: aligned.model,
         other,
+        further,
         residual: aligned.residual,
         nrmse: aligned.nrmse,
     })

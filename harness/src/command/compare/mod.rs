@@ -4,6 +4,7 @@ mod comparison;
 mod driven_motion;
 mod follow;
 mod from_start_states;
+mod further;
 mod measured_start;
 mod model_motion;
 mod page;
@@ -17,6 +18,8 @@ use comparison::compare_run;
 
 pub use comparison::{Curves, RunComparison};
 use from_start_states::Held;
+use further::Further;
+pub use further::FurtherComparison;
 
 use super::given_campaign::{self, Forced};
 use super::operating_options::start_values;
@@ -201,6 +204,7 @@ pub fn compare(
     let samples = |run: &Run| run.time.len();
     let all = campaign.runs.iter().map(samples).sum();
     let held = Held::by(fmu)?;
+    let further = Further::of(fmu, campaign)?;
     let (mut comparisons, mut before) = (Vec::new(), 0);
     for run in &campaign.runs {
         if watch.stop() {
@@ -220,7 +224,7 @@ pub fn compare(
         comparisons.push(compare_run(
             fmu,
             &campaign.beam,
-            run,
+            (run, &further),
             (&held, settings),
             &inside,
         )?);

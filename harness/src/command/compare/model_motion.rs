@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::further::Further;
 use super::measured_start::measured_start;
 use crate::command::operating_point::{OperatingPoint, record_driven};
 use crate::diagnose::model::references::output_of;
@@ -27,6 +28,8 @@ pub(super) struct Motion {
     pub velocity: Vec<f64>,
     /// m/s^2; empty unless asked for.
     pub acceleration: Vec<f64>,
+    /// What each further sensor reads, in its SI unit.
+    pub further: Vec<Vec<f64>>,
 }
 
 impl Motion {
@@ -183,6 +186,12 @@ impl<'a> Piece<'a> {
         self.measured(other, interval)
     }
 
+    /// What each further sensor reads, in the record's time.
+    pub fn further(self, interval: f64) -> Vec<ModelMotion<'a>> {
+        let sensors = self.motion.further.iter();
+        sensors.map(|values| self.view(values, interval)).collect()
+    }
+
     fn view(self, values: &'a [f64], interval: f64) -> ModelMotion<'a> {
         let reach = self.shift as f64 * interval;
         ModelMotion {
@@ -204,7 +213,7 @@ impl<'a> Piece<'a> {
 pub(super) fn model_motions(
     fmu: &Fmu,
     beam: &BeamKnowledge,
-    run: &Run,
+    (run, further): (&Run, &Further),
     lead: Lead,
     settings: &[(String, f64)],
     watch: &dyn Watch,
@@ -221,7 +230,7 @@ pub(super) fn model_motions(
         .collect();
     let done = AtomicUsize::new(0);
     let mut motions = parallel(&jobs, |(point, steps)| {
-        let motion = model_run(fmu, run, point, (interval, *steps), None)?;
+        let motion = model_run(fmu, (run, further), point, (interval, *steps), None)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         watch.step(&run.name, done, jobs.len());
         Ok(motion)
@@ -262,10 +271,10 @@ fn starts(
         .collect()
 }
 
-/// The model from `point` on, with what the sensor of `run` shows: samples at an interval in s, and how many steps.
+/// The model from `point` on, with what the sensors of `run` show: samples at an interval in s, and how many steps.
 pub(super) fn model_run(
     fmu: &Fmu,
-    run: &Run,
+    (run, further): (&Run, &Further),
     point: &OperatingPoint,
     samples: (f64, usize),
     drive: Option<&Drive>,
@@ -280,16 +289,21 @@ pub(super) fn model_run(
         Measurand::Acceleration => &Measurand::ALL[..],
     };
     let outputs = wanted.iter().map(|measurand| output_of(fmu, *measurand));
-    let outputs: Vec<&str> = outputs
+    let mut outputs: Vec<&str> = outputs
         .map(|variable| variable.map(|found| found.name.as_str()))
         .collect::<Result<_, _>>()?;
+    let own = outputs.len();
+    outputs.extend(further.outputs().iter().map(String::as_str));
     let recorded = record_driven(fmu, &mut instance, &outputs, samples, drive, &())?;
-    let mut columns = recorded.values.into_iter();
+    let mut recorded = recorded.values;
+    let further = further.read(&recorded.split_off(own));
+    let mut columns = recorded.into_iter();
     let mut next = || columns.next().unwrap_or_default();
     Ok(Motion {
         displacement: next(),
         velocity: next(),
         acceleration: next(),
+        further,
     })
 }
 

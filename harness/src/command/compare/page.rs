@@ -2,9 +2,10 @@
 
 use super::RunComparison;
 use super::pictures::{
-    cycle_overlay, harmonic_error, phase_plane, residual, scores, spectra, time_series,
+    cycle_overlay, further_series, harmonic_error, phase_plane, residual, scores, spectra,
+    time_series,
 };
-use super::terminal::FROM_STARTS;
+use super::terminal::{FROM_STARTS, FURTHER};
 use crate::command::data_quality;
 use crate::fmu::Fmu;
 use crate::measurement::Campaign;
@@ -31,7 +32,7 @@ pub fn html(
         .banner(colour, &headline, &text, &[])
         .figure(&scores(comparisons))
         .table(&summary(comparisons, limit));
-    let mut page = from_start_states(page, comparisons)
+    let mut page = further_sensors(from_start_states(page, comparisons), comparisons)
         .paragraph(
             "NRMSE is the root mean square difference between measurement and model over the spread of the measurement: 0 is a perfect \
              match, 1 is as bad as a constant. Noise is the NRMSE that a perfect model would have. A self-excited motion has no clock, and \
@@ -155,6 +156,31 @@ fn from_start_states(page: Page, comparisons: &[RunComparison]) -> Page {
     page.paragraph(&format!("{FROM_STARTS}.")).table(&table)
 }
 
+/// What further sensors read, if there are any.
+fn further_sensors(page: Page, comparisons: &[RunComparison]) -> Page {
+    if comparisons.iter().all(|r| r.further_sensors.is_empty()) {
+        return page;
+    }
+    let header = [
+        "run", "sensor", "quantity", "NRMSE", "noise", "factor", "readings",
+    ];
+    let rows = comparisons
+        .iter()
+        .flat_map(|run| run.further_sensors.iter().map(move |sensor| (run, sensor)));
+    let table = rows.fold(Table::new(&header), |table, (run, sensor)| {
+        table.row(vec![
+            Cell::Text(run.name.clone()),
+            Cell::Text(sensor.name.clone()),
+            Cell::Text(sensor.quantity.replace('_', " ")),
+            Cell::Number(number(sensor.nrmse, 3)),
+            Cell::Number(number(sensor.noise_floor, 2)),
+            Cell::Number(number(sensor.factor, 3)),
+            Cell::Number(sensor.samples.to_string()),
+        ])
+    });
+    page.paragraph(&format!("{FURTHER}.")).table(&table)
+}
+
 fn harmonics(comparisons: &[RunComparison]) -> Table {
     let names: Vec<String> = (1..=HARMONICS).map(|k| format!("{k} f")).collect();
     let header: Vec<&str> = std::iter::once("run")
@@ -204,7 +230,11 @@ fn run_section(page: Page, run: &RunComparison) -> Page {
     } else {
         page.list(&run.remarks)
     };
-    page.figure(&time_series(curves)).figures(&figures)
+    let page = page.figure(&time_series(curves)).figures(&figures);
+    let sensors = run.further_sensors.iter();
+    sensors.fold(page, |page, sensor| {
+        page.figure(&further_series(&curves.time, sensor))
+    })
 }
 
 /// A share of time, a dash where it is not known.

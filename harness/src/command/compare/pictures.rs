@@ -1,7 +1,7 @@
 //! The pictures of a comparison.
 
-use super::RunComparison;
 use super::comparison::Curves;
+use super::{FurtherComparison, RunComparison};
 use crate::measurement::Measurand;
 use crate::metric::{Cycle, HARMONICS, integral, quantile};
 use crate::report::{Axis, Bars, Colour, Plot};
@@ -82,6 +82,27 @@ pub(super) fn time_series(curves: &Curves) -> Plot {
             &scaled(&curves.model, MILLI),
         )
         .caption("The record, and in each of its cycles the most similar cycle of the model.")
+}
+
+/// The readings of a further sensor and the model there.
+pub(super) fn further_series(time: &[f64], sensor: &FurtherComparison) -> Plot {
+    let quantity = sensor.quantity.replace('_', " ");
+    Plot::new(
+        Axis::linear("time", "s"),
+        Axis::linear(&quantity, sensor.unit),
+    )
+    .size(1240.0, 260.0)
+    .thin_line("measured", Colour::Ink, time, &sensor.measured)
+    .thin_line(
+        "model, aligned by the first sensor",
+        Colour::Orange,
+        time,
+        &sensor.model,
+    )
+    .caption(&format!(
+        "{}: its readings, and what the model makes there where the first sensor aligns it.",
+        sensor.name
+    ))
 }
 
 pub(super) fn cycle_overlay(run: &RunComparison, measured: &Cycle, model: &Cycle) -> Plot {

@@ -12,6 +12,10 @@ use crate::report::{number, with_unit};
 pub const FROM_STARTS: &str = "NRMSE from start states: this FMU holds parameters and start states for each run (resources/runs); from \
     these, short pieces are predicted, the worst tenth left out, as in the error ladder of `diagnose`";
 
+/// What the figures of further sensors are.
+pub const FURTHER: &str = "Further sensors: NRMSE of the model that the first sensor aligns, sensors as stated; factor: slope of the readings \
+    over the model, by which a sensor is off where the motion is right";
+
 /// One line per run, worst first; colour only where standard output is a terminal.
 pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f64>) -> String {
     let mut text = format!(
@@ -70,6 +74,22 @@ pub fn table(campaign: &Campaign, comparisons: &[RunComparison], limit: Option<f
             let error = error.map_or("none held".into(), |e| number(e, 3));
             let floor = number(run.noise_floor, 2);
             let _ = writeln!(text, "{:<10} {error:>9}   noise {floor:>7}", run.name);
+        }
+    }
+    if comparisons.iter().any(|r| !r.further_sensors.is_empty()) {
+        let _ = writeln!(text, "\n{FURTHER}:\n");
+        for run in comparisons {
+            for sensor in &run.further_sensors {
+                let _ = writeln!(
+                    text,
+                    "{:<10} {:<20} {:>9}   noise {:>7}   factor {:>7}",
+                    run.name,
+                    sensor.name,
+                    number(sensor.nrmse, 3),
+                    number(sensor.noise_floor, 2),
+                    number(sensor.factor, 3)
+                );
+            }
         }
     }
     text.push('\n');

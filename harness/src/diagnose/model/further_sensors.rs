@@ -93,6 +93,8 @@ struct Parts {
 pub struct FurtherSensors {
     /// Value references of the FMU's outputs that they read.
     pub outputs: Vec<u32>,
+    /// Their names.
+    pub output_names: Vec<String>,
     parts: Vec<Parts>,
     /// Mode shapes at the contact.
     tip_values: Vec<f64>,
@@ -112,12 +114,13 @@ impl FurtherSensors {
     /// # Errors
     /// An FMU without an output that a sensor reads.
     pub fn new(fmu: &Fmu, sensors: &[FurtherSensor], tip_values: Vec<f64>) -> Result<Self, Error> {
-        let mut outputs: Vec<u32> = Vec::new();
+        let (mut outputs, mut output_names) = (Vec::new(), Vec::new());
         let mut place = |name: &str| -> Result<usize, Error> {
             let reference = fmu.variable(name)?.reference;
             let known = outputs.iter().position(|o| *o == reference);
             Ok(known.unwrap_or_else(|| {
                 outputs.push(reference);
+                output_names.push(name.to_owned());
                 outputs.len() - 1
             }))
         };
@@ -149,6 +152,7 @@ impl FurtherSensors {
         }
         Ok(Self {
             outputs,
+            output_names,
             parts,
             tip_values,
         })
@@ -197,6 +201,12 @@ impl FurtherSensors {
         }
         // What is left at the contact is of modes that effects add.
         seen + parts.ratio_of_added * rest
+    }
+
+    /// What a sensor reads as it is stated, with factor 1 and zero 0, of outputs given by their places.
+    pub fn as_stated(&self, number: usize, output: &dyn Fn(usize) -> f64) -> f64 {
+        let parts = &self.parts[number];
+        self.seen(parts, &parts.ratios, output)
     }
 
     /// Appends to `out` what each sensor of a segment reads, one after another, over the scale that its values there have; `outputs`
