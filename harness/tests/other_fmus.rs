@@ -34,8 +34,27 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A record of a block whose constants are some percent off what campaign and FMU state.
-fn record(folder: &Path, (belt, force): (f64, f64), cubic: f64, seed: u64) -> String {
+/// A record of displacements in m.
+fn record(folder: &Path, point: (f64, f64), cubic: f64, seed: u64) -> String {
+    let of = ("tip_displacement", "tip_displacement_m", NOISE);
+    simulated(folder, point, cubic, of, seed)
+}
+
+/// A record of velocities in m/s.
+fn velocities(folder: &Path, point: (f64, f64), seed: u64) -> String {
+    let of = ("tip_velocity", "tip_velocity_m_per_s", 1e-4);
+    simulated(folder, point, 0.0, of, seed)
+}
+
+/// A record of an output of a block whose constants are some percent off what campaign and FMU state, under this name and with noise
+/// of this standard deviation.
+fn simulated(
+    folder: &Path,
+    (belt, force): (f64, f64),
+    cubic: f64,
+    (output, column, noise): (&str, &str, f64),
+    seed: u64,
+) -> String {
     let duration = (SKIPPED + RECORDED).to_string();
     let sets = [
         ("mode_count", 1.0),
@@ -53,12 +72,12 @@ fn record(folder: &Path, (belt, force): (f64, f64), cubic: f64, seed: u64) -> St
     ];
     let sets = sets.map(|(name, value)| format!("--set={name}={value}"));
     let mut words = vec!["simulate", "--duration", &duration, "--step", "0.002"];
-    words.extend(["--variables", "tip_displacement"]);
+    words.extend(["--variables", output]);
     words.extend(sets.iter().map(String::as_str));
     let output = stickslip(&words, folder);
     assert!(output.status.success(), "{}", said(&output));
     let mut random = fastrand::Rng::with_seed(seed);
-    let mut csv = String::from("time_s,tip_displacement_m\n");
+    let mut csv = format!("time_s,{column}\n");
     let text = String::from_utf8(output.stdout).unwrap();
     let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
     for row in rows {
@@ -66,7 +85,7 @@ fn record(folder: &Path, (belt, force): (f64, f64), cubic: f64, seed: u64) -> St
         let (t, w) = (cells.next().unwrap(), cells.next().unwrap());
         if t >= SKIPPED {
             let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
-            let noise = NOISE * radius * (std::f64::consts::TAU * random.f64()).cos();
+            let noise = noise * radius * (std::f64::consts::TAU * random.f64()).cos();
             let _ = writeln!(csv, "{:.4},{:.9e}", t - SKIPPED, w + noise);
         }
     }
@@ -116,6 +135,49 @@ fn diagnosed(cubic: f64) -> (Value, tempfile::TempDir) {
     (serde_json::from_slice(&output.stdout).unwrap(), folder)
 }
 
+#[test]
+fn val_friction_that_each_run_has_by_itself_is_followed_in_velocities() {
+    let foreign = Foreign::new("mass_on_belt");
+    let dynamic = "variable = \"friction.mu_d\"\nstd = 0.1\n";
+    assert!(SIDE_FILE.contains(dynamic));
+    let per_run = SIDE_FILE.replace(dynamic, &format!("{dynamic}per_run = true\n"));
+    // A velocity does not tell the level of the force.
+    let side_file = format!("friction_coefficient = 0.3\n{per_run}");
+    let fmu = fmu_with(&foreign, &side_file);
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = campaign(folder.path(), 0.0);
+    for (run, point) in POINTS.into_iter().enumerate() {
+        let csv = velocities(folder.path(), point, run as u64);
+        std::fs::write(campaign.join(format!("run{run}.csv")), csv).unwrap();
+    }
+    let toml = campaign.join("campaign.toml");
+    let text = std::fs::read_to_string(&toml).unwrap();
+    let columns = [
+        "displacement_column = \"tip_displacement_m\"",
+        "velocity_column = \"tip_velocity_m_per_s\"",
+    ];
+    std::fs::write(&toml, text.replace(columns[0], columns[1])).unwrap();
+    let words = [
+        "diagnose",
+        "campaign",
+        "--json",
+        "-o",
+        "out",
+        "--fmu",
+        fmu.to_str().unwrap(),
+    ];
+    let output = stickslip(&words, folder.path());
+    assert!(output.status.success(), "{}", said(&output));
+    let diagnosis: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        diagnosis["verdict"], "no_missing_effect",
+        "{}",
+        diagnosis["summary"]
+    );
+    let starts = std::fs::read_to_string(folder.path().join("out/runs/run2.ssv")).unwrap();
+    assert!(starts.contains("name=\"friction.mu_d\""), "{starts}");
+}
+
 fn number(value: &Value) -> f64 {
     value
         .as_f64()
@@ -147,9 +209,46 @@ fn val_a_spring_that_hardens_is_missing_in_an_fmu_of_another_make() {
     let calibrated = stickslip::fmu::Fmu::load(&out.join("mass_on_belt.fmu")).unwrap();
     let start = calibrated.variable("spring.c3").unwrap().start_number();
     assert_eq!(start, Some(number(&found["value"])));
+    // It carries its side file along, so that a comparison starts where the record does.
+    let words = [
+        "compare",
+        "campaign",
+        "--json",
+        "-o",
+        "compared",
+        "--fmu",
+        "out/mass_on_belt.fmu",
+    ];
+    let compared = stickslip(&words, folder.path());
+    assert!(compared.status.success(), "{}", said(&compared));
+    let compared: Value = serde_json::from_slice(&compared.stdout).unwrap();
+    for run in compared["runs"].as_array().unwrap() {
+        assert!(number(&run["nrmse"]) < 0.01, "{run:#}");
+        let over_noise = number(&run["nrmse_from_start_states"]) / number(&run["noise_floor"]);
+        assert!(over_noise < 1.5, "{run:#}");
+    }
+    let again = stickslip(
+        &[
+            "diagnose",
+            "campaign",
+            "-o",
+            "again",
+            "--fmu",
+            "out/mass_on_belt.fmu",
+        ],
+        folder.path(),
+    );
+    let refused = said(&again);
+    assert!(
+        refused.contains("an amplitude must be 0 there"),
+        "{refused}"
+    );
     let starts = std::fs::read_to_string(out.join("runs/run0.csv")).unwrap();
     let header = starts.lines().next().unwrap();
-    assert_eq!(header, "start_s,end_s,measured_m,s_start,v_start");
+    assert_eq!(
+        header,
+        "start_s,end_s,measured_m,s_start,v_start,sensor_offset"
+    );
     // The side file is among what the result rests on.
     let inputs = diagnosis["provenance"]["inputs"].to_string();
     assert!(inputs.contains("mass_on_belt.effects.toml"), "{inputs}");
@@ -230,6 +329,32 @@ fn side_files_that_do_not_fit_are_refused_with_line_and_remedy() {
             "is there twice",
         ),
         ("min = 0.0", "least = 0.0", "unknown field `least`"),
+        ("typical = 1.0", "typical = 0.0", "has typical = 0"),
+        (
+            "min = 0.0",
+            "min = 0.5",
+            "0, which switches the effect off, must be allowed",
+        ),
+        (
+            "variable = \"friction.d\"",
+            "variable = \"damper.d\"",
+            "'damper.d' of the FMU is set twice",
+        ),
+        (
+            "id = \"viscous_contact\"",
+            "id = \"friction\"",
+            "is called as constant 'friction.mu_s' begins",
+        ),
+        (
+            "id = \"viscous_contact\"",
+            "id = \"term_viscous\"",
+            "are those of the library",
+        ),
+        (
+            "belt_velocity = \"vBelt\"",
+            "belt_velocity = \"block.v\"",
+            "has no start value that could be set",
+        ),
     ] {
         assert!(SIDE_FILE.contains(what), "{what}");
         let text = SIDE_FILE.replacen(what, instead, 1);
@@ -251,6 +376,39 @@ fn side_files_that_do_not_fit_are_refused_with_line_and_remedy() {
     let message = refused(&foreign, folder.path(), Some(&one_state));
     assert!(
         message.contains("1 tables [[state]], but the 1 modes"),
+        "{message}"
+    );
+    let unnamed = SIDE_FILE.replacen("belt_velocity = \"vBelt\"", "", 1);
+    let message = refused(&foreign, folder.path(), Some(&unnamed));
+    assert!(
+        message.contains("belt_velocity differs between the runs"),
+        "{message}"
+    );
+    let unseen = SIDE_FILE.replacen("tip_displacement = \"block.s\"", "", 1);
+    let message = refused(&foreign, folder.path(), Some(&unseen));
+    assert!(
+        message.contains("tip_displacement is asked for"),
+        "{message}"
+    );
+    let in_mm = foreign.with_xml(|xml| {
+        let of = |unit: &str| {
+            format!("description=\"displacement of the block\"><Real unit=\"{unit}\"/>")
+        };
+        assert!(xml.contains(&of("m")));
+        xml.replacen(&of("m"), &of("mm"), 1)
+    });
+    std::fs::write(in_mm.with_extension("effects.toml"), SIDE_FILE).unwrap();
+    let words = [
+        "diagnose",
+        "campaign",
+        "-o",
+        "out",
+        "--fmu",
+        in_mm.to_str().unwrap(),
+    ];
+    let message = said(&stickslip(&words, folder.path()));
+    assert!(
+        message.contains("'block.s' of the FMU is in mm"),
         "{message}"
     );
     let toml = folder.path().join("campaign/campaign.toml");

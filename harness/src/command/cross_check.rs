@@ -157,6 +157,7 @@ fn simulate(fmu: &Fmu, model: &Model) -> Result<Trajectory, Error> {
         belt_velocity,
         normal_force,
         settings: Vec::new(),
+        ..OperatingPoint::default()
     };
     let mut instance = fmu.instantiate(model.name)?;
     point.start(fmu, &mut instance)?;

@@ -1,8 +1,10 @@
 //! Bringing an FMU to an operating point, and recording its motion there.
 
+use crate::diagnose::model::known_structure::structure;
 use crate::error::Error;
 use crate::fmu::{Drive, Fmu, Instance, Kind};
 use crate::measurement::BeamKnowledge;
+use crate::observer::{Mode, Structure};
 use crate::watch::Watch;
 
 /// Where and from what state to run.
@@ -14,6 +16,8 @@ pub struct OperatingPoint {
     pub normal_force: f64,
     /// Further start values, by variable name, in the variable's own unit.
     pub settings: Vec<(String, f64)>,
+    /// What a campaign knows of the structure, where the FMU is of another make and has no modes to tell it.
+    pub structure: Option<Structure>,
 }
 
 impl OperatingPoint {
@@ -52,6 +56,7 @@ impl OperatingPoint {
             belt_velocity,
             normal_force,
             settings,
+            structure: fmu.side_file().and_then(|_| structure(fmu, beam).ok()),
         }
     }
 
@@ -72,14 +77,7 @@ impl OperatingPoint {
     /// A mass without a spring takes all of a static deflection. A record gives the tip only; a stick phase, which bends the beam slowly, has nearly this shape. FMUs without modal
     /// coordinates start as they please.
     pub fn starting_at(mut self, fmu: &Fmu, displacement: f64, velocity: f64) -> OperatingPoint {
-        let modes = self.value(fmu, "mode_count").unwrap_or(0.0) as usize;
-        let part = |j: usize, part: &str| self.value(fmu, &format!("mode[{j}].{part}"));
-        let known = (1..=modes).map(|j| {
-            let (tip, frequency) = (part(j, "tip_value")?, part(j, "frequency")?);
-            Some((tip, frequency, tip / part(j, "mass")?))
-        });
-        // The first mode that the FMU lacks ends the list.
-        let known: Vec<(f64, f64, f64)> = known.collect::<Option<_>>().unwrap_or_default();
+        let known = self.modes(fmu);
         let slides = known.iter().any(|(_, frequency, _)| *frequency == 0.0);
         let bent = |&(tip, frequency, mobility): &(f64, f64, f64)| {
             let bend = match (slides, frequency == 0.0) {
@@ -91,14 +89,38 @@ impl OperatingPoint {
         };
         let shape: Vec<(f64, f64)> = known.iter().map(bent).collect();
         let flexibility: f64 = shape.iter().map(|(tip, bend)| tip * bend).sum();
-        for (j, (_, bend)) in shape.into_iter().enumerate() {
+        let states = shape.into_iter().enumerate().flat_map(|(j, (_, bend))| {
             let share = bend / flexibility;
-            self.settings
-                .push((format!("q[{}]", j + 1), displacement * share));
-            self.settings
-                .push((format!("q_dot[{}]", j + 1), velocity * share));
+            [
+                (format!("q[{}]", j + 1), displacement * share),
+                (format!("q_dot[{}]", j + 1), velocity * share),
+            ]
+        });
+        match fmu.side_file() {
+            None => self.settings.extend(states),
+            Some(side) => {
+                let names = side.start_names().map(str::to_owned);
+                let values = states.map(|(_, value)| value);
+                self.settings.extend(names.zip(values));
+            }
         }
         self
+    }
+
+    /// Of each mode the mode shape at the tip (1), the natural frequency (Hz) and the mode shape over the mass (1/kg).
+    fn modes(&self, fmu: &Fmu) -> Vec<(f64, f64, f64)> {
+        if let Some(structure) = &self.structure {
+            let of_mode = |m: &Mode| (m.tip_value, m.frequency_hz, m.tip_value / m.mass_kg);
+            return structure.modes().iter().map(of_mode).collect();
+        }
+        let modes = self.value(fmu, "mode_count").unwrap_or(0.0) as usize;
+        let part = |j: usize, part: &str| self.value(fmu, &format!("mode[{j}].{part}"));
+        let known = (1..=modes).map(|j| {
+            let (tip, frequency) = (part(j, "tip_value")?, part(j, "frequency")?);
+            Some((tip, frequency, tip / part(j, "mass")?))
+        });
+        // The first mode that the FMU lacks ends the list.
+        known.collect::<Option<_>>().unwrap_or_default()
     }
 
     /// A start value: the one set here, else the FMU's own.
@@ -126,8 +148,15 @@ impl OperatingPoint {
         for (name, value) in &self.settings {
             instance.set_number(fmu.variable(name)?, *value)?;
         }
-        let inputs = fmu.real_references(&["belt_velocity", "normal_force"])?;
-        instance.set_real(&inputs, &[self.belt_velocity, self.normal_force])?;
+        for (name, value) in [
+            ("belt_velocity", self.belt_velocity),
+            ("normal_force", self.normal_force),
+        ] {
+            // An FMU of another make may lack what is the same in all runs.
+            if fmu.side_file().is_none() || fmu.variable(name).is_ok() {
+                instance.set_real(&fmu.real_references(&[name])?, &[value])?;
+            }
+        }
         if let Some(drive) = drive {
             drive.begin(instance, 0.0)?;
         }

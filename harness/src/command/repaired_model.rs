@@ -8,7 +8,7 @@ use super::{pack, run_sets};
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::run_sets::RunSet;
 use crate::error::Error;
-use crate::fmu::{Fmu, with_guid, with_starts};
+use crate::fmu::{Fmu, SideFile, with_guid, with_starts};
 use crate::output::write_file;
 
 /// Calibrated values by FMU variable: those of the structure, the friction law and the effects.
@@ -18,8 +18,9 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
         .iter()
         .map(|(name, value)| (name.clone(), *value))
         .collect();
-    // "mass" is the first mode's under its earlier name.
-    let calibrated = diagnosis.calibrated.iter().filter(|(n, _)| *n != "mass");
+    // "mass" is the first mode's under its earlier name, where there are modes.
+    let is_alias = |name: &str| name == "mass" && diagnosis.calibrated.contains_key("mode[1].mass");
+    let calibrated = diagnosis.calibrated.iter().filter(|(n, _)| !is_alias(n));
     out.extend(calibrated.map(|(name, estimate)| (name.clone(), estimate.value)));
     for effect in &diagnosis.effects {
         for (name, estimate) in &effect.parameters {
@@ -32,6 +33,14 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
     }
     out.extend(diagnosis.unnamed_effects.iter().cloned());
     out
+}
+
+/// Name of the calibrated FMU's file: that of this project's FMU, or the model identifier of one of another make.
+pub fn file_name(fmu: &Fmu) -> String {
+    match fmu.side_file() {
+        Some(_) => format!("{}.fmu", fmu.description().model_identifier),
+        None => pack::FILE_NAME.to_owned(),
+    }
 }
 
 /// Writes model.toml, StickSlipBeam.ssv and StickSlipBeam.fmu, or those under the name of an FMU of another make, into `folder`, and
@@ -67,11 +76,10 @@ pub fn write_values(
         .map(|(name, value)| (fmu.own_name(name).to_owned(), *value))
         .collect();
     write_file(&folder.join("model.toml"), model_toml(&values).as_bytes())?;
-    let name = match fmu.side_file() {
-        Some(_) => format!("{}.fmu", fmu.description().model_identifier),
-        None => pack::FILE_NAME.to_owned(),
-    };
-    let path = folder.join(name);
+    let path = folder.join(file_name(fmu));
+    if let Some(side) = fmu.side_file() {
+        write_file(&SideFile::place(&path), side.text().as_bytes())?;
+    }
     write_file(
         &path.with_extension("ssv"),
         ssv(fmu.description(), "calibrated", &values).as_bytes(),

@@ -2,7 +2,8 @@
 //! and `<run>.csv` with the start states of its pieces. Other masters ignore them.
 //!
 //! The CSV has a line for each piece: `start_s` and `end_s` since the run's first sample, `measured_m`, the displacement
-//! measured at the start, and then FMU variables to be set before initialisation at `start_s`.
+//! measured at the start, and then FMU variables to be set before initialisation at `start_s`; `sensor_offset` is none of these but is
+//! added to what the sensor reads, where the FMU has none.
 
 use std::path::Path;
 

@@ -94,6 +94,7 @@ pub fn perform(arguments: &Arguments, watch: &dyn Watch) -> Result<Simulated, Er
         belt_velocity,
         normal_force,
         settings: said.settings,
+        ..OperatingPoint::default()
     };
     let outputs = || {
         fmu.description()

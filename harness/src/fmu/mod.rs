@@ -216,10 +216,13 @@ impl Fmu {
 
     /// The variable of this name, be it the FMU's own or one that its side file explains, or an error with similar names.
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
-        let unknown = || Error::UnknownVariable {
-            path: self.loaded.path.clone(),
-            name: name.to_owned(),
-            nearest: self.description().nearest(name),
+        let unknown = || {
+            let unnamed = self.side_file().and_then(|side| side.unnamed(name));
+            unnamed.unwrap_or_else(|| Error::UnknownVariable {
+                path: self.loaded.path.clone(),
+                name: name.to_owned(),
+                nearest: self.description().nearest(name),
+            })
         };
         self.description()
             .find(self.own_name(name))

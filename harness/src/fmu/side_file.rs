@@ -9,24 +9,24 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::description::{Kind, ModelDescription, Variable};
+use super::description::{Causality, Kind, ModelDescription, Variable};
 use crate::error::Error;
-use crate::measurement::line_of;
+use crate::measurement::{factor_to_si, line_of};
 use crate::wording::nearest;
 
-/// Names under which this program looks for variables, which `[variables]` may lead to others.
-const ROLES: [&str; 11] = [
-    "belt_velocity",
-    "normal_force",
-    "external_force",
-    "tip_displacement",
-    "tip_velocity",
-    "tip_acceleration",
-    "friction_force",
-    "belt_travel.start",
-    "dwell_time.start",
-    "sensor.offset",
-    "tolerance",
+/// Names under which this program looks for variables, which `[variables]` may lead to others, and whether it sets them.
+const ROLES: [(&str, bool); 11] = [
+    ("belt_velocity", true),
+    ("normal_force", true),
+    ("external_force", true),
+    ("tip_displacement", false),
+    ("tip_velocity", false),
+    ("tip_acceleration", false),
+    ("friction_force", false),
+    ("belt_travel.start", true),
+    ("dwell_time.start", true),
+    ("sensor.offset", true),
+    ("tolerance", true),
 ];
 
 /// How well a constant is known.
@@ -96,10 +96,11 @@ pub struct SideParameter {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SideFile {
     path: PathBuf,
+    text: String,
     /// The FMU's own names by those under which this program looks for them.
     own_names: HashMap<String, String>,
-    /// What the modal displacements and velocities are set by, in turn.
-    starts: Vec<u32>,
+    /// What the modal displacements and velocities are set by, in turn: name and value reference.
+    starts: Vec<(String, u32)>,
     /// Coefficient of friction, roughly, where it is stated.
     pub friction_coefficient: Option<f64>,
     /// Constants that are calibrated.
@@ -207,6 +208,11 @@ impl SideFile {
         fmu.with_extension("effects.toml")
     }
 
+    /// The file as it was read.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
@@ -241,13 +247,32 @@ impl SideFile {
         self.own_names.get(name).map(String::as_str)
     }
 
+    /// Names by which modal displacements and velocities, in turn, are set before a start.
+    pub fn start_names(&self) -> impl Iterator<Item = &str> {
+        self.starts.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// That no variable of the FMU is named for what this program asks for, if it can be named in the file.
+    pub fn unnamed(&self, name: &str) -> Option<Error> {
+        let is_role = ROLES.iter().any(|(role, _)| *role == name);
+        is_role.then(|| {
+            self.error(format!(
+                "{name} is asked for, and [variables] does not say which variable of the FMU that is; add it"
+            ))
+        })
+    }
+
     /// Value references by which `count` modal displacements and velocities, in turn, are set before a start.
     ///
     /// # Errors
     /// Another number of states in the file.
     pub fn starts(&self, count: usize) -> Result<Vec<u32>, Error> {
         if self.starts.len() == count {
-            return Ok(self.starts.clone());
+            return Ok(self
+                .starts
+                .iter()
+                .map(|(_, reference)| *reference)
+                .collect());
         }
         Err(self.error(format!(
             "{} tables [[state]], but the {} modes of [structure] in campaign.toml have {count} states; give displacement and velocity of each mode in turn",
@@ -299,25 +324,34 @@ impl Check<'_> {
 
     fn side_file(&self, raw: Raw) -> Result<SideFile, Error> {
         let mut own_names = HashMap::new();
+        let names = ROLES.map(|(name, _)| name);
         for (role, variable) in &raw.variables {
-            if !ROLES.contains(&role.get_ref().as_str()) {
-                let like = nearest(role.get_ref(), ROLES);
+            let known = ROLES.iter().find(|(name, _)| name == role.get_ref());
+            let Some((_, is_set)) = known else {
+                let like = nearest(role.get_ref(), names);
                 let problem = format!(
                     "'{}' is no name that [variables] knows{}; known are {}",
                     role.get_ref(),
                     like.first()
                         .map_or(String::new(), |l| format!(", '{l}' is")),
-                    ROLES.join(", ")
+                    names.join(", ")
                 );
                 return Err(self.error(role.span(), problem));
-            }
-            let own = self.variable(variable)?.name.clone();
-            own_names.insert(role.get_ref().clone(), own);
+            };
+            let own = match is_set {
+                true => self.settable(variable)?,
+                false => self.variable(variable)?,
+            };
+            self.in_si(variable.span(), own)?;
+            own_names.insert(role.get_ref().clone(), own.name.clone());
         }
         let mut starts = Vec::new();
         for (i, state) in raw.state.iter().enumerate() {
-            starts.push(self.settable(&state.start)?.reference);
+            let start = self.settable(&state.start)?;
+            starts.push((start.name.clone(), start.reference));
             let value = self.variable(state.value.as_ref().unwrap_or(&state.start))?;
+            self.in_si(state.start.span(), start)?;
+            self.in_si(state.start.span(), value)?;
             let name = match i % 2 {
                 0 => format!("q[{}]", i / 2 + 1),
                 _ => format!("q_dot[{}]", i / 2 + 1),
@@ -326,6 +360,7 @@ impl Check<'_> {
         }
         let constants = raw.constant.iter().map(|c| self.constant(c));
         let constants = constants.collect::<Result<_, _>>()?;
+        self.stand_alone(&raw)?;
         let mut effects: Vec<SideEffect> = Vec::new();
         for effect in raw.effect {
             if effects.iter().any(|e| e.id == *effect.id.get_ref()) {
@@ -346,6 +381,7 @@ impl Check<'_> {
         };
         Ok(SideFile {
             path: self.path.to_owned(),
+            text: self.text.to_owned(),
             own_names,
             starts,
             friction_coefficient,
@@ -357,7 +393,10 @@ impl Check<'_> {
     /// The FMU's Real variable that is named, if a value may be given to it before a start.
     fn settable(&self, name: &Spanned<String>) -> Result<&Variable, Error> {
         let variable = self.variable(name)?;
-        if variable.is_settable() || variable.start.is_some() {
+        let is_calculated = variable.initial.as_deref() == Some("calculated")
+            || variable.causality == Causality::CalculatedParameter;
+        let is_fixed = variable.variability == "constant" || is_calculated;
+        if !is_fixed && (variable.is_settable() || variable.start.is_some()) {
             return Ok(variable);
         }
         let problem = format!(
@@ -365,6 +404,64 @@ impl Check<'_> {
             variable.name
         );
         Err(self.error(name.span(), problem))
+    }
+
+    /// That a variable whose unit is known is in SI units.
+    fn in_si(&self, span: Range<usize>, variable: &Variable) -> Result<(), Error> {
+        let unit = variable.unit.as_deref().unwrap_or_default();
+        match factor_to_si(unit) {
+            Some(factor) if factor != 1.0 => Err(self.error(
+                span,
+                format!(
+                    "variable '{}' of the FMU is in {unit}; only variables in SI units can be named here",
+                    variable.name
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// That nothing sets a variable twice, and that no name of an effect is that of something else.
+    fn stand_alone(&self, raw: &Raw) -> Result<(), Error> {
+        let starts = raw.state.iter().map(|s| &s.start);
+        let constants = raw.constant.iter().map(|c| &c.variable);
+        let of_effects = raw.effect.iter().flat_map(|e| e.parameter.iter());
+        let all = starts
+            .chain(constants)
+            .chain(of_effects.map(|p| &p.variable));
+        let mut seen: Vec<&str> = Vec::new();
+        for variable in all {
+            if seen.contains(&variable.get_ref().as_str()) {
+                let problem = format!(
+                    "variable '{}' of the FMU is set twice, as state, constant or parameter of an effect",
+                    variable.get_ref()
+                );
+                return Err(self.error(variable.span(), problem));
+            }
+            seen.push(variable.get_ref());
+        }
+        for effect in &raw.effect {
+            let id = effect.id.get_ref();
+            let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let constant = raw.constant.iter().find(|c| {
+                let rest = c.variable.get_ref().strip_prefix(id.as_str());
+                rest.is_some_and(|rest| rest.starts_with('.'))
+            });
+            let problem = if id.is_empty() || !id.chars().all(is_plain) {
+                format!("effect '{id}': an id is made of letters, digits and _")
+            } else if id.starts_with("term_") {
+                format!("effect '{id}': ids that begin with term_ are those of the library")
+            } else if let Some(constant) = constant {
+                format!(
+                    "effect '{id}' is called as constant '{}' begins; give it another id",
+                    constant.variable.get_ref()
+                )
+            } else {
+                continue;
+            };
+            return Err(self.error(effect.id.span(), problem));
+        }
+        Ok(())
     }
 
     fn constant(&self, raw: &RawConstant) -> Result<Constant, Error> {
@@ -441,16 +538,29 @@ impl Check<'_> {
                     p.role.get_ref()
                 ));
             }
-            if p.role.get_ref() == "amplitude" && start != 0.0 {
-                return wrong(format!(
-                    "is {start} where the FMU starts; an amplitude must be 0 there, which switches the effect off"
-                ));
+            if parameters
+                .iter()
+                .any(|known: &SideParameter| known.name == name)
+            {
+                return wrong("is there twice; give one of them another name".into());
             }
             let in_order = p.min < p.max && (p.min..=p.max).contains(&p.typical);
             if !(in_order && p.min.is_finite() && p.max.is_finite()) {
                 return wrong(format!(
                     "has min = {}, typical = {}, max = {}; give finite numbers in this order",
                     p.min, p.typical, p.max
+                ));
+            }
+            let is_strength = ["amplitude", "shape"].contains(&p.role.get_ref().as_str());
+            if is_strength && p.typical == 0.0 {
+                return wrong(
+                    "has typical = 0; give a value at which the effect is plainly visible".into(),
+                );
+            }
+            if p.role.get_ref() == "amplitude" && !(p.min <= 0.0 && p.max >= 0.0) {
+                return wrong(format!(
+                    "lies between {} and {}; 0, which switches the effect off, must be allowed",
+                    p.min, p.max
                 ));
             }
             own_names.insert(format!("{id}.{name}"), variable.name.clone());
@@ -470,8 +580,30 @@ impl Check<'_> {
         for s in raw.state {
             let variable = self.settable(&s.variable)?;
             let name = s.name.unwrap_or_else(|| variable.name.clone());
+            let wrong = |problem: &str| {
+                let problem = format!("state {name} of effect '{id}' {problem}");
+                Err(self.error(s.variable.span(), problem))
+            };
+            if variable.causality == Causality::Parameter {
+                return wrong(
+                    "is a parameter, which does not show how it moves on; name the variable itself",
+                );
+            }
+            if !(s.nominal > 0.0 && s.nominal.is_finite()) {
+                return wrong("needs a positive nominal value, its typical size");
+            }
             own_names.insert(format!("{id}.state.{name}"), variable.name.clone());
             states.push((name, variable.reference, s.nominal));
+        }
+        let phase = parameters.iter().find(|p| p.role == "phase");
+        let shape = parameters.iter().find(|p| p.role == "shape");
+        let repeats = shape.is_some_and(|p| ["Hz", "m"].contains(&p.unit.as_str()));
+        let has_amplitude = parameters.iter().any(|p| p.role == "amplitude");
+        if phase.is_some() && !(repeats && has_amplitude) {
+            let problem = format!(
+                "effect '{id}' has a phase; it needs an amplitude and as its first shape a frequency in Hz or a wavelength in m"
+            );
+            return Err(self.error(raw.id.span(), problem));
         }
         Ok(SideEffect {
             title: raw.title,

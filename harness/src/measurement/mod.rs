@@ -50,6 +50,7 @@ pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
 pub use sensor_place::SensorPlace;
 pub use uncertainty::{OfModes, Uncertainty};
+pub(crate) use unit::factor_to_si;
 
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};

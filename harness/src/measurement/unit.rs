@@ -104,6 +104,11 @@ const UNITS: [Unit; 43] = [
     unit("1", Other, 1.0),
 ];
 
+/// The factor that turns values of a unit into SI; `None` for a unit that is not known.
+pub(crate) fn factor_to_si(text: &str) -> Option<f64> {
+    find(text).map(|unit| unit.factor)
+}
+
 /// The unit that `text` is, exactly or but for capitals.
 pub(super) fn find(text: &str) -> Option<Unit> {
     let text = text.trim().replace(['\u{b5}', '\u{3bc}'], "u");

@@ -6,7 +6,7 @@
 
 use crate::command::run_sets;
 use crate::diagnose::model::references::output_of;
-use crate::diagnose::result::run_sets::{Piece, RunSet};
+use crate::diagnose::result::run_sets::{Piece, RunSet, SENSOR_OFFSET};
 use crate::diagnose::validation::segment_errors::typical;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -81,7 +81,12 @@ fn mean_square(
     let mut instance = fmu.instantiate(&run.name)?;
     let starts = set.start_names.iter().zip(&piece.values);
     let parameters = set.parameters.iter().map(|(name, value)| (name, value));
+    let mut offset = 0.0;
     for (name, value) in parameters.chain(starts) {
+        if name == SENSOR_OFFSET {
+            offset = *value;
+            continue;
+        }
         instance.set_number(fmu.variable(name)?, *value)?;
     }
     let measured = [output_of(fmu, run.measurand)?.reference];
@@ -103,7 +108,7 @@ fn mean_square(
         let mut y = [0.0];
         instance.get_real(&measured, &mut y)?;
         if trusted[k] {
-            sum += (run.measured[k] - y[0]).powi(2);
+            sum += (run.measured[k] - y[0] - offset).powi(2);
             count += 1;
         }
     }

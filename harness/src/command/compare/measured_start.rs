@@ -58,7 +58,13 @@ fn friction_deflection(fmu: &Fmu, beam: &BeamKnowledge, run: &Run) -> f64 {
         (Ok(friction), Ok(structure)) if !structure.is_free() => {
             let speed = run.belt_velocity;
             let force = friction.at(speed.abs()) * run.normal_force * speed.signum();
-            structure.static_compliance() * force
+            // Without a coefficient there is no force to start from.
+            let deflection = structure.static_compliance() * force;
+            if deflection.is_finite() {
+                deflection
+            } else {
+                0.0
+            }
         }
         _ => 0.0,
     }

@@ -25,7 +25,9 @@ fn compare_again(material: &Material) -> String {
         material.problem.campaign.folder.display(),
         material
             .output
-            .join(crate::command::pack::FILE_NAME)
+            .join(crate::command::repaired_model::file_name(
+                material.problem.fmu
+            ))
             .display()
     )
 }

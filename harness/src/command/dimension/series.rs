@@ -108,6 +108,7 @@ fn simulate(path: Option<&Path>, arguments: &Arguments) -> Result<Series, Error>
         belt_velocity,
         normal_force,
         settings: said.settings,
+        ..OperatingPoint::default()
     };
     let before = (arguments.settle / arguments.step).round() as usize;
     let mut instance = fmu.instantiate("dimension")?;

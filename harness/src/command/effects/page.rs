@@ -46,6 +46,7 @@ fn pictures(page: Page, fmu: &Fmu, card: &EffectCard, said: &Said) -> Result<Pag
         belt_velocity,
         normal_force,
         settings: Vec::new(),
+        ..OperatingPoint::default()
     };
     let others: Vec<_> = said
         .settings

@@ -89,6 +89,7 @@ pub fn reference_results(fmu: &Fmu) -> Result<Vec<Entry>, Error> {
         belt_velocity: start("belt_velocity")?,
         normal_force: start("normal_force")?,
         settings: Vec::new(),
+        ..OperatingPoint::default()
     };
     let mut instance = fmu.instantiate("reference results")?;
     point.start(fmu, &mut instance)?;

@@ -50,7 +50,11 @@ pub fn export(bench: &Bench, id: u64) -> Result<Finding, Error> {
         spectral_ratio: f64::NAN,
     };
     let sets = run_sets(problem, &step);
-    let of_model = |(name, _): &&(String, f64)| !OF_RUNS.contains(&name.as_str());
+    let side = problem.fmu.side_file();
+    let own = side.map_or(&[][..], |side| &side.constants);
+    let is_per_run = |name: &str| own.iter().any(|c| c.per_run && c.variable == name);
+    let is_of_run = |name: &str| OF_RUNS.iter().any(|of| problem.fmu.own_name(of) == name);
+    let of_model = |(name, _): &&(String, f64)| !is_of_run(name) && !is_per_run(name);
     let values: Vec<(String, f64)> = sets[0]
         .parameters
         .iter()
@@ -69,7 +73,8 @@ pub fn export(bench: &Bench, id: u64) -> Result<Finding, Error> {
     repaired_model::write_values(fmu, &values, &sets, &folder)?;
     write_campaign(bench, &folder.join("campaign"))?;
     desk.progress(|p| p.words = "report".into());
-    let written = Fmu::load(&folder.join(pack::FILE_NAME))?;
+    let fmu_file = repaired_model::file_name(fmu);
+    let written = Fmu::load(&folder.join(&fmu_file))?;
     compare::into_folder(&written, bench.campaign, &folder)?;
     let commands = commands(bench, &draft.effects, &folder);
     write_file(
@@ -78,8 +83,8 @@ pub fn export(bench: &Bench, id: u64) -> Result<Finding, Error> {
     )?;
     let names = [
         "report.html",
-        pack::FILE_NAME,
-        "StickSlipBeam.ssv",
+        &fmu_file,
+        &fmu_file.replace(".fmu", ".ssv"),
         "model.toml",
         "campaign/campaign.toml",
         "commands.txt",
@@ -101,14 +106,18 @@ fn commands(
     let own = own.display();
     let mut lines = vec![format!(
         "stickslip compare {campaign} --fmu {} -o {}",
-        folder.join(pack::FILE_NAME).display(),
+        folder.join(repaired_model::file_name(bench.fmu)).display(),
         folder.display()
     )];
+    let of_fmu = match bench.fmu.side_file() {
+        Some(_) => format!(" --fmu {}", bench.fmu.path().display()),
+        None => String::new(),
+    };
     if !effects.is_empty() {
         let added: String = effects.keys().map(|id| format!(" --add {id}")).collect();
-        lines.push(format!("stickslip try {campaign}{added} -o try"));
+        lines.push(format!("stickslip try {campaign}{of_fmu}{added} -o try"));
     }
-    lines.push(format!("stickslip studio {campaign} -o {own}"));
+    lines.push(format!("stickslip studio {campaign}{of_fmu} -o {own}"));
     lines
 }
 

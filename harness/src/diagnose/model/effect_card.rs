@@ -210,6 +210,12 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
 fn stated(side: &SideFile, effect: &SideEffect) -> Result<EffectCard, Error> {
     let mut parameters = Vec::new();
     for p in &effect.parameters {
+        if p.role == "amplitude" && p.start != 0.0 {
+            return Err(side.error(format!(
+                "{}.{} is {} where the FMU starts; an amplitude must be 0 there, which switches the effect off",
+                effect.id, p.name, p.start
+            )));
+        }
         let unknown = || side.error(format!("effect {}: unknown role '{}'", effect.id, p.role));
         parameters.push(EffectParameter {
             name: p.name.clone(),

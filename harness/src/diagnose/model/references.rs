@@ -2,8 +2,8 @@
 
 use crate::diagnose::model::further_sensors::FurtherSensors;
 use crate::error::Error;
-use crate::fmu::{Fmu, Variable};
-use crate::measurement::{Campaign, Measurand};
+use crate::fmu::{Fmu, SideFile, Variable};
+use crate::measurement::{Campaign, Measurand, Run};
 use crate::observer::Structure;
 use std::sync::Arc;
 
@@ -66,6 +66,9 @@ impl References {
             }
             None => None,
         };
+        if let Some(side) = fmu.side_file() {
+            named_inputs(fmu, side, &campaign.runs)?;
+        }
         let mut states = Vec::new();
         for j in 1..=modes {
             states.push(one(&format!("q[{j}]"))?);
@@ -104,6 +107,26 @@ impl References {
             ..*self
         }
     }
+}
+
+/// That what differs between runs, or within one, is an input of an FMU of another make.
+fn named_inputs(fmu: &Fmu, side: &SideFile, runs: &[Run]) -> Result<(), Error> {
+    let of_runs: [(&str, fn(&Run) -> f64); 2] = [
+        ("belt_velocity", |run| run.belt_velocity),
+        ("normal_force", |run| run.normal_force),
+    ];
+    for (name, value) in of_runs {
+        let is_series = |run: &Run| run.inputs.series().any(|(of, _)| of == name);
+        let varies = runs
+            .iter()
+            .any(|run| is_series(run) || value(run) != value(&runs[0]));
+        if varies && fmu.variable(name).is_err() {
+            return Err(side.error(format!(
+                "{name} differs between the runs or within one, and [variables] does not say which input of the FMU that is; add it"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The FMU's output that the sensor measures; that of the tip where the FMU has no sensor.

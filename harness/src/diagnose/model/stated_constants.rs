@@ -3,8 +3,8 @@
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::fmu::{Belief, Constant, SideFile};
 
-/// Standard deviations from the stated value within which a constant is sought where the FMU has no bounds: beyond, the file
-/// states another model.
+/// Standard deviations from the stated value within which a constant is sought, within its bounds: beyond, the file states another
+/// model.
 const REACH: f64 = 6.0;
 
 /// The constants that all runs share, or those of which each run has its own.
@@ -43,8 +43,8 @@ fn parameter(constant: &Constant) -> Parameter {
         } else {
             Kind::Reference
         },
-        min: constant.min.unwrap_or(out.min),
-        max: constant.max.unwrap_or(out.max),
+        min: constant.min.map_or(out.min, |min| min.max(out.min)),
+        max: constant.max.map_or(out.max, |max| max.min(out.max)),
         ..out
     }
 }

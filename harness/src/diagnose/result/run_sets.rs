@@ -56,8 +56,8 @@ fn run_set(problem: &Problem, step: &Step, run: usize) -> RunSet {
     }
 }
 
-/// Everything that the FMU is given before each piece of a run, by name.
-fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
+/// Real variables that the FMU is given before each piece of a run.
+fn settings(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(u32, f64)> {
     let h = &step.fitted.hypothesis;
     let of_run = &problem.campaign.runs[run];
     let inputs = h.inputs(&problem.references, of_run, &point.shared);
@@ -73,24 +73,33 @@ fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<
             }
         }
     }
-    let reals = out
-        .into_iter()
-        .map(|(reference, value)| (real_name(problem, reference), value));
+    out
+}
+
+/// Everything that the FMU is given before each piece of a run, by name.
+fn parameters(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(String, f64)> {
+    let all = settings(problem, step, point, run).into_iter();
+    let reals = all.map(|(reference, value)| (real_name(problem, reference), value));
     let modes = problem.references.mode_count;
-    let modes = modes.map(|_| ("mode_count".to_owned(), h.modes as f64));
+    let modes = modes.map(|_| ("mode_count".to_owned(), step.fitted.hypothesis.modes as f64));
     modes.into_iter().chain(reals).collect()
 }
 
 /// Values of the effects of a step by FMU variable, a phase as in the first run.
 pub fn effect_values(problem: &Problem, step: &Step) -> Vec<(String, f64)> {
-    let h = &step.fitted.hypothesis;
-    let cards = h.choices.iter().map(|c| &problem.catalogue[c.effect]);
-    let own: Vec<String> = cards.map(|c| format!("{}.", c.id)).collect();
-    let all = parameters(problem, step, &step.fitted.fit.point, 0);
-    all.into_iter()
-        .filter(|(name, _)| own.iter().any(|o| name.starts_with(o)))
+    let choices = step.fitted.hypothesis.choices.iter();
+    let of_effects: Vec<u32> = choices
+        .flat_map(|c| problem.catalogue[c.effect].parameters.iter())
+        .map(|p| p.reference)
+        .collect();
+    let all = settings(problem, step, &step.fitted.fit.point, 0).into_iter();
+    all.filter(|(reference, _)| of_effects.contains(reference))
+        .map(|(reference, value)| (real_name(problem, reference), value))
         .collect()
 }
+
+/// Column of what is to be added to the output that the sensor measures, in its unit, where the FMU does not do so.
+pub const SENSOR_OFFSET: &str = "sensor_offset";
 
 /// Values of `start.contact`.
 const STICK: f64 = 1.0;
@@ -120,7 +129,9 @@ fn start_names(problem: &Problem, step: &Step) -> Vec<String> {
     let states = states.chain(extra).map(|s| real_name(problem, s));
     let how = how(problem, false, 0.0, 0.0).into_iter();
     let how = how.map(|(name, _)| problem.fmu.own_name(name).to_owned());
-    how.chain(states).collect()
+    let offset = problem.references.lacks_offset;
+    let offset = offset.then(|| SENSOR_OFFSET.to_owned());
+    how.chain(states).chain(offset).collect()
 }
 
 fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) -> Piece {
@@ -130,11 +141,21 @@ fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) 
     let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
     let how = how(problem, point.stuck[place], travel, segment.dwell).into_iter();
     let states = point.states[place].iter().copied();
+    let own = h.per_run[segment.run]
+        .iter()
+        .zip(&point.per_run[segment.run]);
+    let offset = own.filter(|(parameter, _)| parameter.is_offset());
+    let offset = offset.map(|(parameter, position)| parameter.value(*position));
+    let offset = offset.filter(|_| problem.references.lacks_offset);
     Piece {
         start: segment.time[0] - origin,
         end: segment.time[segment.time.len() - 1] - origin,
         measured: segment.measured[0],
-        values: how.map(|(_, value)| value).chain(states).collect(),
+        values: how
+            .map(|(_, value)| value)
+            .chain(states)
+            .chain(offset)
+            .collect(),
     }
 }
 

@@ -2,6 +2,7 @@
 //! modal analysis would have missed by so much has taken up something else in their place.
 
 use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::model::parameter::{Kind, Parameter};
 
 /// Standard deviations of what is believed of a natural frequency by which a fit may differ from it. The true ones of the campaigns
 /// of docs/blind-test.md lie within 1.6; one that a hidden quadratic stiffness had bent, 5.7. Damping ratios and the modal mass
@@ -23,13 +24,17 @@ pub struct PriorConflict {
     pub deviations: f64,
 }
 
-/// The natural frequency that a fit contradicts most, if any.
+/// The natural frequency that a fit contradicts most, if any; of an FMU without modes, the constant of its model.
 pub fn prior_conflict(fitted: &FittedHypothesis) -> Option<PriorConflict> {
     let parameters = &fitted.hypothesis.shared;
-    let is_natural_frequency =
-        |name: &str| name.starts_with("mode[") && name.ends_with(".frequency");
+    let is_of_mode = |p: &Parameter| p.name.starts_with("mode[");
+    let has_modes = parameters.iter().any(is_of_mode);
+    let is_well_known = |p: &Parameter| match has_modes {
+        true => is_of_mode(p) && p.name.ends_with(".frequency"),
+        false => p.kind == Kind::Reference,
+    };
     let all = parameters.iter().zip(&fitted.fit.point.shared);
-    all.filter(|(parameter, _)| is_natural_frequency(&parameter.name) && parameter.prior_std > 0.0)
+    all.filter(|(parameter, _)| is_well_known(parameter) && parameter.prior_std > 0.0)
         .map(|(parameter, &position)| PriorConflict {
             name: parameter.name.clone(),
             fitted: parameter.value(position),

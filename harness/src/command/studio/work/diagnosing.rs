@@ -2,6 +2,7 @@
 
 use super::{Bench, Finding, keep};
 use crate::command::diagnose::{self, Search};
+use crate::command::repaired_model::file_name;
 use crate::command::studio::desk::Desk;
 use crate::command::studio::ladder::Origin;
 use crate::command::studio::model::{Draft, bounds, hypothesis};
@@ -13,14 +14,8 @@ use crate::watch::{Stage, Watch};
 
 /// Folder of its files.
 const FOLDER: &str = "diagnosis";
-/// Its files that are worth showing.
-const FILES: [&str; 5] = [
-    "report.html",
-    "diagnosis.json",
-    "model.toml",
-    "StickSlipBeam.ssv",
-    "StickSlipBeam.fmu",
-];
+/// Its files that are worth showing, besides those of the model.
+const FILES: [&str; 3] = ["report.html", "diagnosis.json", "model.toml"];
 
 /// Passes progress on to the board.
 struct Reporter<'a>(&'a Desk);
@@ -76,7 +71,10 @@ pub fn diagnose(bench: &Bench) -> Result<Finding, Error> {
     } else {
         ""
     };
-    let files = FILES.iter().filter(|file| folder.join(file).is_file());
+    let fmu = file_name(bench.fmu);
+    let model = [fmu.replace(".fmu", ".ssv"), fmu];
+    let files = FILES.map(str::to_owned).into_iter().chain(model);
+    let files = files.filter(|file| folder.join(file).is_file());
     Ok(Finding::Diagnosis {
         summary: format!("{stopped}{}", found.summary),
         rung: id,
