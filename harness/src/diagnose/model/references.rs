@@ -111,11 +111,9 @@ impl References {
 
 /// That what differs between runs, or within one, is an input of an FMU of another make.
 fn named_inputs(fmu: &Fmu, side: &SideFile, runs: &[Run]) -> Result<(), Error> {
-    let of_runs: [(&str, fn(&Run) -> f64); 2] = [
-        ("belt_velocity", |run| run.belt_velocity),
-        ("normal_force", |run| run.normal_force),
-    ];
-    for (name, value) in of_runs {
+    let of = |run: &Run| [run.belt_velocity, run.normal_force];
+    for (i, name) in ["belt_velocity", "normal_force"].into_iter().enumerate() {
+        let value = |run: &Run| of(run)[i];
         let is_series = |run: &Run| run.inputs.series().any(|(of, _)| of == name);
         let varies = runs
             .iter()
