@@ -72,7 +72,10 @@ fn set(xml: &str, node: &Node, name: &str, value: &str) -> (Range<usize>, String
 }
 
 fn apply(xml: &str, mut edits: Vec<(Range<usize>, String)>) -> String {
+    // Of two changes of one place the later counts.
+    edits.reverse();
     edits.sort_by_key(|(range, _)| range.start);
+    edits.dedup_by_key(|(range, _)| range.start);
     let mut out = String::with_capacity(xml.len() + 64);
     let mut at = 0;
     for (range, text) in edits {
@@ -100,6 +103,8 @@ mod tests {
             .replace("start='1'", "start='0.25'")
             .replace("<Integer/>", "<Integer start=\"3\"/>");
         assert_eq!(text, expected);
+        let twice = [("a".to_owned(), 7.0), starts[0].clone(), starts[1].clone()];
+        assert_eq!(with_starts(XML, &twice).unwrap(), expected);
         let text = with_guid(XML, "{2}").unwrap();
         assert_eq!(text, XML.replace("{1}", "{2}"));
     }
