@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::model_motion::Motions;
 use crate::error::Error;
 use crate::measurement::Run;
-use crate::metric::{AlignedResidual, Period, align, amplitude, blocks, nrmse, period};
+use crate::metric::{
+    AlignedResidual, ModelMotion, Period, align, amplitude, blocks, nrmse, period,
+};
 use crate::parallel::parallel;
 use crate::watch::Watch;
 
@@ -73,18 +75,15 @@ pub(super) fn follow(
     let mut other = Vec::with_capacity(time.len());
     let mut further = vec![Vec::with_capacity(time.len()); pieces[0].further(interval).len()];
     for fit in &aligned.fits {
-        let motion = pieces[fit.motion].other(run.measurand, interval);
-        other.extend(
-            time[fit.samples.clone()]
-                .iter()
-                .map(|t| motion.at(t + fit.shift)),
-        );
-        other[fit.samples.start] = f64::NAN;
-        let motions = pieces[fit.motion].further(interval);
-        for (readings, motion) in further.iter_mut().zip(motions) {
+        let continued = |values: &mut Vec<f64>, motion: ModelMotion| {
             let times = time[fit.samples.clone()].iter();
-            readings.extend(times.map(|t| motion.at(t + fit.shift)));
-            readings[fit.samples.start] = f64::NAN;
+            values.extend(times.map(|t| motion.at(t + fit.shift)));
+            values[fit.samples.start] = f64::NAN;
+        };
+        let piece = pieces[fit.motion];
+        continued(&mut other, piece.other(run.measurand, interval));
+        for (readings, motion) in further.iter_mut().zip(piece.further(interval)) {
+            continued(readings, motion);
         }
     }
     let target = amplitude(&run.measured);

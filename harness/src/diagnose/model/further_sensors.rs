@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::further_readings::spread;
 use crate::diagnose::data::segment::FurtherPart;
-use crate::diagnose::model::parameter::{Kind, Parameter, Scale, SensorConstant};
+use crate::diagnose::model::parameter::{Kind, Parameter, SensorConstant};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{FurtherSensor, Reading, Run};
@@ -20,22 +20,15 @@ fn constant(
     (sensor, item): (&FurtherSensor, &str),
     unit: &str,
     kind: Kind,
-    (prior, prior_std): (f64, f64),
+    belief: (f64, f64),
     reach: f64,
 ) -> Parameter {
+    // A sensor may be called as an effect is, or as the first sensor.
+    let name = format!("further_sensor.{}.{item}", sensor.name);
     Parameter {
-        // A sensor may be called as an effect is, or as the first sensor.
-        name: format!("further_sensor.{}.{item}", sensor.name),
-        unit: unit.into(),
         kind,
         targets: Vec::new(),
-        scale: Scale::Linear,
-        prior,
-        prior_std,
-        min: prior - reach * prior_std,
-        max: prior + reach * prior_std,
-        step: 0.02 * prior_std,
-        support: None,
+        ..Parameter::linear(name, unit, 0, belief, reach)
     }
 }
 

@@ -99,6 +99,30 @@ impl Parameter {
         }
     }
 
+    /// A constant of the model on its own scale: believed is `value` with a standard deviation `std`, and allowed is what lies within
+    /// `reach` of these.
+    pub fn linear(
+        name: String,
+        unit: &str,
+        target: u32,
+        (value, std): (f64, f64),
+        reach: f64,
+    ) -> Self {
+        Self {
+            name,
+            unit: unit.to_owned(),
+            kind: Kind::Reference,
+            targets: vec![(target, 1.0)],
+            scale: Scale::Linear,
+            prior: value,
+            prior_std: std,
+            min: value - reach * std,
+            max: value + reach * std,
+            step: 0.02 * std,
+            support: None,
+        }
+    }
+
     /// Whether it is the phase of something that repeats.
     pub fn is_phase(&self) -> bool {
         self.kind == Kind::Phase

@@ -62,13 +62,12 @@ impl References {
                         measurand.name()
                     )));
                 }
-                Some(side.starts(2 * modes)?)
+                let starts = side.starts(2 * modes)?;
+                named_inputs(fmu, side, &campaign.runs)?;
+                Some(starts)
             }
             None => None,
         };
-        if let Some(side) = fmu.side_file() {
-            named_inputs(fmu, side, &campaign.runs)?;
-        }
         let mut states = Vec::new();
         for j in 1..=modes {
             states.push(one(&format!("q[{j}]"))?);

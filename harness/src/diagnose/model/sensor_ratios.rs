@@ -1,6 +1,6 @@
 //! Where the sensor looks, as parameters: mode shapes there over those at the tip.
 
-use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::diagnose::model::parameter::Parameter;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::SensorPlace;
@@ -32,19 +32,7 @@ pub fn sensor_ratios(
             given.push((reference, ratio));
             continue;
         }
-        known.push(Parameter {
-            name,
-            unit: "1".into(),
-            kind: Kind::Reference,
-            targets: vec![(reference, 1.0)],
-            scale: Scale::Linear,
-            prior: ratio,
-            prior_std: std,
-            min: ratio - REACH * std,
-            max: ratio + REACH * std,
-            step: 0.02 * std,
-            support: None,
-        });
+        known.push(Parameter::linear(name, "1", reference, (ratio, std), REACH));
     }
     Ok((known, given))
 }

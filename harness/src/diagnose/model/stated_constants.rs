@@ -1,6 +1,6 @@
 //! Constants of an FMU of another make, as its side file states them, which every hypothesis on it calibrates.
 
-use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::diagnose::model::parameter::{Kind, Parameter};
 use crate::fmu::{Belief, Constant, SideFile};
 
 /// Standard deviations from the stated value within which a constant is sought, within its bounds: beyond, the file states another
@@ -23,19 +23,7 @@ fn parameter(constant: &Constant) -> Parameter {
         Belief::Relative(std) => {
             Parameter::positive(name, unit, reference, (value, std), (REACH * std).exp())
         }
-        Belief::Absolute(std) => Parameter {
-            name,
-            unit: unit.clone(),
-            kind: Kind::Reference,
-            targets: vec![(reference, 1.0)],
-            scale: Scale::Linear,
-            prior: value,
-            prior_std: std,
-            min: value - REACH * std,
-            max: value + REACH * std,
-            step: 0.02 * std,
-            support: None,
-        },
+        Belief::Absolute(std) => Parameter::linear(name, unit, reference, (value, std), REACH),
     };
     Parameter {
         kind: if constant.per_run {
