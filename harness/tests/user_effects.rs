@@ -9,8 +9,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use stickslip::command::{pack, repaired_model};
-use stickslip::diagnose::model::effect_card::{Role, candidates};
 use stickslip::diagnose::model::library;
+use stickslip::fmu::effect_card::{Role, candidates};
 use stickslip::fmu::{Course, Directions, Fmu, Instance};
 
 /// Target, formula, name, unit and value of its one parameter.

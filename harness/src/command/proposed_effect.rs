@@ -70,9 +70,9 @@ fn text(id: &str, term: &ProposedTerm) -> String {
 mod tests {
     use super::*;
     use crate::command::pack::pack_with;
-    use crate::diagnose::model::effect_card::candidates;
     use crate::diagnose::validation::estimate::Estimate;
     use crate::fmu::Fmu;
+    use crate::fmu::effect_card::candidates;
     use std::collections::BTreeMap;
 
     #[test]

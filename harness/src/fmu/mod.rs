@@ -24,6 +24,7 @@ mod archive;
 mod description;
 mod drive;
 mod edit_description;
+pub mod effect_card;
 #[cfg(feature = "fmi-crate")]
 mod fmi_crate_backend;
 mod fmi_rs_backend;
@@ -46,7 +47,7 @@ pub use description::{
 pub use drive::{Course, Drive};
 pub use edit_description::{with_guid, with_starts};
 pub use instance::{Instance, State};
-pub use side_file::{Belief, Constant, SideEffect, SideFile};
+pub use side_file::{Belief, Constant, SideFile};
 pub use status::Status;
 pub use tangents::{Directions, Tangents};
 

@@ -26,7 +26,6 @@ use crate::command::pack;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::{continued, settled};
-use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::library;
 use crate::diagnose::model::point::Point;
@@ -37,6 +36,7 @@ use crate::diagnose::selection::full_refit::last_options;
 use crate::diagnose::thresholds::{CLAIMED, FLOOR_MEDIAN};
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
 use crate::measurement::Campaign;
 
 /// Jacobians of the two fits from the truth, which is near: the first robust, the second as

@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 
 use super::operating_options::OperatingOptions;
 use super::pack::widened::with_effects;
-use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role, candidates};
 use crate::diagnose::model::library;
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, EffectParameter, Role, candidates};
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::report::number;
 

@@ -1,9 +1,9 @@
 //! The reference model's motion and that with an effect, from the same state on the reference model's cycle.
 
 use crate::command::operating_point::{OperatingPoint, record};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::fmu::effect_card::{EffectCard, Role};
 use crate::metric::{amplitude, cycle_starts, period, stick_fraction};
 
 /// Communication step, s: 200 to a cycle of 10 ms.
@@ -48,7 +48,7 @@ pub fn can_be_shown(fmu: &Fmu) -> bool {
 
 /// The values that switch an effect on at its typical strength; a profile's values follow one wave, as equal ones would be none.
 pub fn typical(card: &EffectCard) -> Vec<(String, f64)> {
-    let value = |(i, p): (usize, &crate::diagnose::model::effect_card::EffectParameter)| {
+    let value = |(i, p): (usize, &crate::fmu::effect_card::EffectParameter)| {
         let wave = (std::f64::consts::TAU * i as f64 / 8.0).sin();
         let value = match p.role {
             Role::Node => p.typical * wave,

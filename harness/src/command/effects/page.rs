@@ -4,9 +4,9 @@ use super::motion::{self, Motion, typical};
 use super::shown;
 use crate::command::operating_options::Said;
 use crate::command::operating_point::OperatingPoint;
-use crate::diagnose::model::effect_card::EffectCard;
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::fmu::effect_card::EffectCard;
 use crate::provenance::Provenance;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number, with_unit};
 

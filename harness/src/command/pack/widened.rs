@@ -91,9 +91,9 @@ mod tests {
     use crate::command::open_fmu;
     use crate::command::pack::belt_drive;
     use crate::command::repaired_model::write_fmu;
-    use crate::diagnose::model::effect_card::candidates;
     use crate::diagnose::model::library;
     use crate::diagnose::model::unknown_function::{FormulaConstant, NODES, unknown_functions};
+    use crate::fmu::effect_card::candidates;
     use crate::measurement::Campaign;
     use std::path::Path;
 

@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::model::{bounds, usual};
-use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::parameter::{Parameter, Scale};
 use crate::diagnose::model::problem::Problem;
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
 
 /// A number that can be turned.
 #[derive(Debug, Serialize)]

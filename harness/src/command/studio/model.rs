@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::diagnose::estimation::nesting::widen_state;
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, Role};
 
 /// Values by parameter name, in the parameter's unit.
 pub type Values = BTreeMap<String, f64>;

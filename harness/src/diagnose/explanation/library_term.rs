@@ -2,11 +2,11 @@
 
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
-use crate::diagnose::model::effect_card::Role;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::{FILES, File};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::estimate::estimate;
+use crate::fmu::effect_card::Role;
 
 /// A term as fitted, to be proposed; `explained_share` as there. `None` for an effect that is no term.
 pub fn proposal(

@@ -14,7 +14,6 @@ use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::score_test::{At, one_step};
 use crate::diagnose::initialisation::starts::{at as on_line, resonance_ratios, shape_grid};
 use crate::diagnose::initialisation::subset_regression::{Change, Effect};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::parameter::{Kind, Parameter};
 use crate::diagnose::model::point::Point;
@@ -22,6 +21,7 @@ use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::thresholds::STATE_SPREAD;
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, Role};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 

@@ -15,12 +15,12 @@
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fitter::directions;
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::{Argument, Line, argument, periodic};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::fmu::effect_card::{EffectCard, Role};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 

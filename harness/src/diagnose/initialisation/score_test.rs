@@ -16,7 +16,6 @@ use crate::diagnose::initialisation::expected_gain::{
 use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::belt_profile::{NODE_STD, is_profile};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::parameter::{Kind, Parameter};
 use crate::diagnose::model::periodic::Line;
@@ -25,6 +24,7 @@ use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, Role};
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 

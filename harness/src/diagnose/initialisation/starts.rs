@@ -8,7 +8,6 @@ use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, Nuisances, SearchOptions};
 use crate::diagnose::initialisation::{force_spectrum, response_spectrum};
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::{Line, argument, periodic};
@@ -16,6 +15,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::latent_name;
+use crate::fmu::effect_card::{EffectCard, Role};
 
 /// Latent value of a curve that starts, in standard deviations: quite off it has no derivatives.
 const BARELY_ON: f64 = 1e-3;

@@ -2,7 +2,6 @@
 //! belt rests. Such an effect has no derivative, and its hypothesis would be the one without it at another price.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::library::is_library_effect;
@@ -14,6 +13,7 @@ use crate::diagnose::model::references::{References, output_of};
 use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::diagnose::model::unknown_function::{is_unknown_function, loads};
 use crate::error::Error;
+use crate::fmu::effect_card::EffectCard;
 use crate::measurement::Measurand;
 use crate::metric::median;
 use crate::observer::Mode;

@@ -1,9 +1,9 @@
 //! The parameters of a friction profile along the belt: values of its own at the places that each run passes.
 
 use crate::diagnose::data::place_map::PlaceMap;
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::error::Error;
+use crate::fmu::effect_card::{EffectCard, Role};
 
 /// Profile nodes that a run is given, ...
 const NODES: usize = 32;

@@ -2,8 +2,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::beam_constants;
-use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile};
-use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
+use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile, is_profile};
 use crate::diagnose::model::friction_prior::FrictionPrior;
 use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
 use crate::diagnose::model::known_structure::structure;
@@ -16,6 +15,7 @@ use crate::diagnose::model::stated_constants::constants;
 use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
 use crate::measurement::{Campaign, Measurand, Run};
 use serde::Serialize;
 
@@ -256,6 +256,8 @@ impl Hypothesis {
                         .iter_mut()
                         .for_each(|parameters| parameters.push(parameter.clone())),
                     Role::Node => {}
+                    // Where the values of a profile lie each run says itself.
+                    Role::Setting if is_profile(effect) => {}
                     Role::Setting => fixed.push((p.reference, p.start)),
                     Role::Amplitude | Role::Shape => shared.push(parameter),
                 }

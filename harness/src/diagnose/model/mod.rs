@@ -4,7 +4,6 @@ pub mod acting;
 pub mod beam_constants;
 pub mod belt_profile;
 pub mod displacement_range;
-pub mod effect_card;
 pub mod finished_work;
 pub mod friction_prior;
 pub mod further_sensors;

@@ -1,6 +1,6 @@
 //! Effects that repeat: what with, and at which lines of a spectrum.
 
-use crate::diagnose::model::effect_card::{EffectCard, Role};
+use crate::fmu::effect_card::{EffectCard, Role};
 use std::sync::Mutex;
 
 /// A line in the spectrum: where to start a fit.

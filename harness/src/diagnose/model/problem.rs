@@ -12,7 +12,6 @@ use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
-use crate::diagnose::model::effect_card::{EffectCard, candidates, machine};
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::friction_prior::{FrictionPrior, StartFriction};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
@@ -27,6 +26,7 @@ use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::Fmu;
+use crate::fmu::effect_card::{EffectCard, candidates};
 use crate::measurement::{Campaign, Run, of_one_sensor};
 use crate::metric::standard_deviation;
 use crate::observer::Structure;
@@ -256,7 +256,8 @@ impl<'a> Problem<'a> {
         let runs = smoothings.iter().zip(&moves).filter(|(_, moves)| **moves);
         let runs = runs.map(|(s, _)| &s.stick_slip.smoothed);
         let scales = Scales::of_runs(&structure, runs);
-        let ratios = machine(fmu)?.map_or(Scales::ALIKE, |machine| scales.over(machine));
+        let ratios =
+            Scales::of_catalogue(fmu)?.map_or(Scales::ALIKE, |machine| scales.over(machine));
         let catalogue = cards(fmu, ratios)?;
         let is_other_machine = ratios != Scales::ALIKE;
         let problem = Self {

@@ -1,5 +1,8 @@
 //! Length, velocity and force of a machine, and values with a unit on machines of other scales.
 
+use crate::error::Error;
+use crate::fmu::Fmu;
+use crate::fmu::effect_card::read;
 use crate::metric::{median, standard_deviation};
 use crate::observer::{Mode, Smoothed, Structure};
 
@@ -21,6 +24,44 @@ impl Scales {
         velocity: 1.0,
         force: 1.0,
     };
+
+    /// Length, velocity and force of the machine on which the values of the cards are met; `None` where the FMU does not say so.
+    ///
+    /// # Errors
+    /// An annotation that can't be read, or a scale that is no positive number.
+    pub fn of_catalogue(fmu: &Fmu) -> Result<Option<Self>, Error> {
+        let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+            return Ok(None);
+        };
+        let document = read(fmu, xml)?;
+        let mut nodes = document.descendants();
+        let is_said = |node: &roxmltree::Node| {
+            let scales = ["length", "velocity", "force"];
+            node.has_tag_name("EffectCatalogue")
+                && scales.iter().any(|name| node.has_attribute(*name))
+        };
+        let Some(catalogue) = nodes.find(is_said) else {
+            return Ok(None);
+        };
+        let number = |name: &str| {
+            let text = catalogue.attribute(name).unwrap_or_default();
+            let value = text
+                .parse()
+                .ok()
+                .filter(|v: &f64| *v > 0.0 && v.is_finite());
+            value.ok_or_else(|| Error::FmuDescription {
+                path: fmu.path().to_owned(),
+                problem: format!(
+                    "EffectCatalogue: {name} = '{text}' is no positive number; length (m), velocity (m/s) and force (N) say together on which machine its values are met"
+                ),
+            })
+        };
+        Ok(Some(Self {
+            length: number("length")?,
+            velocity: number("velocity")?,
+            force: number("force")?,
+        }))
+    }
 
     /// Those of a machine with this structure, of which these are runs that move. With the median v over the runs of the spread of the
     /// contact's velocity, the time t and the mass m that a force at the contact moves at once,

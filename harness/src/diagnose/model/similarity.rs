@@ -6,9 +6,9 @@
 //! so that each value is scaled as its unit says ([`Scales::factor`]). Bounds are good to a decade, hence the ratios of the scales are
 //! rounded to one: machines of about one size have the same beliefs.
 
-use crate::diagnose::model::effect_card::{EffectCard, EffectParameter, Role};
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::scales::Scales;
+use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
 
 /// The card of an effect of catalogue or library as it is met on a machine with other scales, by their ratios. Curves and formulas that
 /// were found in the campaign hold for it already, as do effects that the user wrote.

@@ -11,8 +11,8 @@
 //! white have standard deviations that fall with the square of their number (Wahba 1990, Spline Models for Observational Data,
 //! sect. 1.3). s is the strength as met in practice that the file gives as `typical`.
 
-use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
+use crate::fmu::effect_card::EffectCard;
 use crate::measurement::{Campaign, Measurand};
 use crate::metric::velocity;
 use crate::observer::Structure;

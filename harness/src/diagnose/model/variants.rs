@@ -1,10 +1,10 @@
 //! The ways in which an effect of the model can be chosen.
 
-use crate::diagnose::model::effect_card::{EffectCard, Role};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::is_library_effect;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
+use crate::fmu::effect_card::{EffectCard, Role};
 
 /// Ways to choose an effect: one for each value of its settings that are switches.
 pub fn variants(problem: &Problem, effect: usize) -> Vec<Choice> {

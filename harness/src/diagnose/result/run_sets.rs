@@ -4,7 +4,6 @@
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::error_ladder::Step;
-use std::collections::HashSet;
 
 /// One run of a campaign as a model was fitted to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,8 +56,7 @@ fn run_set(problem: &Problem, step: &Step, run: usize) -> RunSet {
     }
 }
 
-/// Real variables that the FMU is given before each piece of a run, each once: of what is given twice, as a profile's place is, the
-/// later counts.
+/// Real variables that the FMU is given before each piece of a run, each once.
 fn settings(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(u32, f64)> {
     let h = &step.fitted.hypothesis;
     let of_run = &problem.campaign.runs[run];
@@ -75,10 +73,6 @@ fn settings(problem: &Problem, step: &Step, point: &Point, run: usize) -> Vec<(u
             }
         }
     }
-    let mut known = HashSet::new();
-    out.reverse();
-    out.retain(|(reference, _)| known.insert(*reference));
-    out.reverse();
     out
 }
 

@@ -3,7 +3,6 @@
 use crate::diagnose::data::break_away::BreakAways;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
-use crate::diagnose::model::effect_card::EffectCard;
 use crate::diagnose::model::friction_prior::is_foreign;
 use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
@@ -14,6 +13,7 @@ use crate::diagnose::selection::ties::others;
 use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
+use crate::fmu::effect_card::EffectCard;
 use crate::report::number;
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.

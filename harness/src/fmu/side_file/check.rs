@@ -7,9 +7,10 @@ use std::path::Path;
 use toml::Spanned;
 
 use super::file::{Raw, RawConstant, RawEffect};
-use super::{Belief, Constant, ROLES, SideEffect, SideFile, SideParameter};
+use super::{Belief, Constant, ROLES, SideFile};
 use crate::error::Error;
 use crate::fmu::description::{Causality, Kind, ModelDescription, Variable};
+use crate::fmu::effect_card::{EffectCard, EffectParameter, EffectState, Role};
 use crate::measurement::{factor_to_si, line_of};
 use crate::wording::nearest;
 
@@ -96,7 +97,7 @@ impl Check<'_> {
         let constants = raw.constant.iter().map(|c| self.constant(c));
         let constants = constants.collect::<Result<_, _>>()?;
         self.stand_alone(&raw)?;
-        let mut effects: Vec<SideEffect> = Vec::new();
+        let mut effects: Vec<EffectCard> = Vec::new();
         for effect in raw.effect {
             if effects.iter().any(|e| e.id == *effect.id.get_ref()) {
                 let problem = format!("effect '{}' is there twice", effect.id.get_ref());
@@ -252,7 +253,7 @@ impl Check<'_> {
         &self,
         raw: RawEffect,
         own_names: &mut HashMap<String, String>,
-    ) -> Result<SideEffect, Error> {
+    ) -> Result<EffectCard, Error> {
         let id = raw.id.get_ref().clone();
         if raw.parameter.is_empty() {
             let problem = format!("effect '{id}' has no parameter that would switch it on");
@@ -267,15 +268,16 @@ impl Check<'_> {
                 let problem = format!("parameter {name} of effect '{id}' {problem}");
                 Err(self.error(p.variable.span(), problem))
             };
-            if !["amplitude", "shape", "phase", "setting"].contains(&p.role.get_ref().as_str()) {
+            let role = Role::named(p.role.get_ref()).filter(|role| *role != Role::Node);
+            let Some(role) = role else {
                 return wrong(format!(
                     "has the role '{}'; give amplitude (0 is off), shape, phase or setting",
                     p.role.get_ref()
                 ));
-            }
+            };
             if parameters
                 .iter()
-                .any(|known: &SideParameter| known.name == name)
+                .any(|known: &EffectParameter| known.name == name)
             {
                 return wrong("is there twice; give one of them another name".into());
             }
@@ -286,20 +288,24 @@ impl Check<'_> {
                     p.min, p.typical, p.max
                 ));
             }
-            let is_strength = ["amplitude", "shape"].contains(&p.role.get_ref().as_str());
-            if is_strength && p.typical == 0.0 {
+            if matches!(role, Role::Amplitude | Role::Shape) && p.typical == 0.0 {
                 return wrong(
                     "has typical = 0; give a value at which the effect is plainly visible".into(),
                 );
             }
-            if p.role.get_ref() == "amplitude" && !(p.min <= 0.0 && p.max >= 0.0) {
+            if role == Role::Amplitude && start != 0.0 {
+                return wrong(format!(
+                    "is {start} where the FMU starts; an amplitude must be 0 there, which switches the effect off"
+                ));
+            }
+            if role == Role::Amplitude && !(p.min <= 0.0 && p.max >= 0.0) {
                 return wrong(format!(
                     "lies between {} and {}; 0, which switches the effect off, must be allowed",
                     p.min, p.max
                 ));
             }
             own_names.insert(format!("{id}.{name}"), variable.name.clone());
-            parameters.push(SideParameter {
+            parameters.push(EffectParameter {
                 description: variable.description.clone(),
                 reference: variable.reference,
                 unit: variable.unit.clone().unwrap_or_default(),
@@ -307,7 +313,7 @@ impl Check<'_> {
                 typical: p.typical,
                 min: p.min,
                 max: p.max,
-                role: p.role.into_inner(),
+                role,
                 name,
             });
         }
@@ -328,19 +334,23 @@ impl Check<'_> {
                 return wrong("needs a positive nominal value, its typical size");
             }
             own_names.insert(format!("{id}.state.{name}"), variable.name.clone());
-            states.push((name, variable.reference, s.nominal));
+            states.push(EffectState {
+                name,
+                reference: variable.reference,
+                nominal: s.nominal,
+            });
         }
-        let phase = parameters.iter().find(|p| p.role == "phase");
-        let shape = parameters.iter().find(|p| p.role == "shape");
+        let phase = parameters.iter().find(|p| p.role == Role::Phase);
+        let shape = parameters.iter().find(|p| p.role == Role::Shape);
         let repeats = shape.is_some_and(|p| ["Hz", "m"].contains(&p.unit.as_str()));
-        let has_amplitude = parameters.iter().any(|p| p.role == "amplitude");
+        let has_amplitude = parameters.iter().any(|p| p.role == Role::Amplitude);
         if phase.is_some() && !(repeats && has_amplitude) {
             let problem = format!(
                 "effect '{id}' has a phase; it needs an amplitude and as its first shape a frequency in Hz or a wavelength in m"
             );
             return Err(self.error(raw.id.span(), problem));
         }
-        Ok(SideEffect {
+        Ok(EffectCard {
             title: raw.title,
             equation: raw.equation,
             description: raw.description,
@@ -349,6 +359,7 @@ impl Check<'_> {
             confounders: raw.confounders,
             parameters,
             states,
+            is_own: false,
             id,
         })
     }

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::description::ModelDescription;
+use super::effect_card::EffectCard;
 use crate::error::Error;
 use crate::measurement::line_of;
 use check::Check;
@@ -59,39 +60,6 @@ pub struct Constant {
     pub per_run: bool,
 }
 
-/// An effect that parameters of the FMU switch on.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
-pub struct SideEffect {
-    pub id: String,
-    pub title: String,
-    pub equation: String,
-    pub description: String,
-    pub source: String,
-    pub signature: String,
-    pub confounders: String,
-    pub parameters: Vec<SideParameter>,
-    /// States of the effect: name, value reference and typical magnitude.
-    pub states: Vec<(String, u32, f64)>,
-}
-
-/// A parameter of such an effect.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)]
-pub struct SideParameter {
-    pub name: String,
-    pub description: String,
-    pub reference: u32,
-    pub unit: String,
-    /// The FMU's start value, which means off.
-    pub start: f64,
-    pub typical: f64,
-    pub min: f64,
-    pub max: f64,
-    /// `amplitude`, `shape`, `phase` or `setting`.
-    pub role: String,
-}
-
 /// A side file, checked against the description of its FMU.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SideFile {
@@ -106,7 +74,7 @@ pub struct SideFile {
     /// Constants that are calibrated.
     pub constants: Vec<Constant>,
     /// Effects that the FMU offers.
-    pub effects: Vec<SideEffect>,
+    pub effects: Vec<EffectCard>,
 }
 
 impl SideFile {

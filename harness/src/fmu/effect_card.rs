@@ -1,8 +1,7 @@
 //! The effects that an FMU declares as candidates, read from its vendor annotation or from its side file.
 
-use crate::diagnose::model::scales::Scales;
+use super::Fmu;
 use crate::error::Error;
-use crate::fmu::{Fmu, SideEffect, SideFile};
 
 /// How a parameter enters, which tells the calibration what to do with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +79,7 @@ pub struct EffectCard {
 
 impl Role {
     /// The role of this name.
-    fn named(name: &str) -> Option<Self> {
+    pub(super) fn named(name: &str) -> Option<Self> {
         Some(match name {
             "amplitude" => Role::Amplitude,
             "shape" => Role::Shape,
@@ -142,7 +141,7 @@ impl EffectCard {
 /// An annotation that can't be read or names variables that the FMU does not have.
 pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
     if let Some(side) = fmu.side_file() {
-        return side.effects.iter().map(|e| stated(side, e)).collect();
+        return Ok(side.effects.clone());
     }
     let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
         return Ok(Vec::new());
@@ -206,88 +205,8 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
     Ok(out)
 }
 
-/// The card of an effect that a side file states.
-fn stated(side: &SideFile, effect: &SideEffect) -> Result<EffectCard, Error> {
-    let mut parameters = Vec::new();
-    for p in &effect.parameters {
-        if p.role == "amplitude" && p.start != 0.0 {
-            return Err(side.error(format!(
-                "{}.{} is {} where the FMU starts; an amplitude must be 0 there, which switches the effect off",
-                effect.id, p.name, p.start
-            )));
-        }
-        let unknown = || side.error(format!("effect {}: unknown role '{}'", effect.id, p.role));
-        parameters.push(EffectParameter {
-            name: p.name.clone(),
-            description: p.description.clone(),
-            reference: p.reference,
-            unit: p.unit.clone(),
-            start: p.start,
-            typical: p.typical,
-            min: p.min,
-            max: p.max,
-            role: Role::named(&p.role).ok_or_else(unknown)?,
-        });
-    }
-    let states = effect.states.iter();
-    let states = states.map(|(name, reference, nominal)| EffectState {
-        name: name.clone(),
-        reference: *reference,
-        nominal: *nominal,
-    });
-    Ok(EffectCard {
-        id: effect.id.clone(),
-        title: effect.title.clone(),
-        equation: effect.equation.clone(),
-        description: effect.description.clone(),
-        source: effect.source.clone(),
-        signature: effect.signature.clone(),
-        confounders: effect.confounders.clone(),
-        parameters,
-        states: states.collect(),
-        is_own: false,
-    })
-}
-
-/// Length, velocity and force of the machine on which the values of the cards are met; `None` where the FMU does not say so.
-///
-/// # Errors
-/// An annotation that can't be read, or a scale that is no positive number.
-pub fn machine(fmu: &Fmu) -> Result<Option<Scales>, Error> {
-    let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
-        return Ok(None);
-    };
-    let document = read(fmu, xml)?;
-    let mut nodes = document.descendants();
-    let is_said = |node: &roxmltree::Node| {
-        let scales = ["length", "velocity", "force"];
-        node.has_tag_name("EffectCatalogue") && scales.iter().any(|name| node.has_attribute(*name))
-    };
-    let Some(catalogue) = nodes.find(is_said) else {
-        return Ok(None);
-    };
-    let number = |name: &str| {
-        let text = catalogue.attribute(name).unwrap_or_default();
-        let value = text
-            .parse()
-            .ok()
-            .filter(|v: &f64| *v > 0.0 && v.is_finite());
-        value.ok_or_else(|| Error::FmuDescription {
-            path: fmu.path().to_owned(),
-            problem: format!(
-                "EffectCatalogue: {name} = '{text}' is no positive number; length (m), velocity (m/s) and force (N) say together on which machine its values are met"
-            ),
-        })
-    };
-    Ok(Some(Scales {
-        length: number("length")?,
-        velocity: number("velocity")?,
-        force: number("force")?,
-    }))
-}
-
 /// The annotation as a document.
-fn read<'x>(fmu: &Fmu, xml: &'x str) -> Result<roxmltree::Document<'x>, Error> {
+pub(crate) fn read<'x>(fmu: &Fmu, xml: &'x str) -> Result<roxmltree::Document<'x>, Error> {
     roxmltree::Document::parse(xml).map_err(|e| Error::FmuDescription {
         path: fmu.path().to_owned(),
         problem: format!("the list of effects can't be read: {e}"),
