@@ -40,8 +40,11 @@ pub fn other_forms(selection: &Selection) -> Vec<&FittedModel> {
         .collect()
 }
 
-/// What is so of the candidates that are not tied with what was named: that some come down to the noise as well and why they
-/// are not named all the same, or how far the nearest stays from it.
+/// Other explanations that the summary words one by one, the most probable ones; the table of candidates has all.
+const WORDED: usize = 3;
+
+/// What is so of the candidates that are not tied with what was named: which are adequate as well and why they are not named all
+/// the same, which leave little that is not noise, or how far the nearest stays from it.
 pub fn others(problem: &Problem, selection: &Selection) -> String {
     let Some(best) = selection.path.last() else {
         return String::new();
@@ -56,27 +59,48 @@ pub fn others(problem: &Problem, selection: &Selection) -> String {
             && !tied.iter().any(|t| t.effects() == c.effects())
     };
     let listed = selection.singles.iter().chain(selection.listed_pairs());
-    let mut others: Vec<&FittedModel> = listed.filter(is_other).collect();
+    let others: Vec<&FittedModel> = listed.filter(is_other).collect();
     let error = |c: &FittedModel| c.fit.quantile(0.5);
-    others.sort_by(|a, b| error(a).total_cmp(&error(b)));
-    let as_well: Vec<String> = others
+    let is_small = |c: &&&FittedModel| error(c) <= FLOOR_MEDIAN;
+    let (mut adequate, mut coloured): (Vec<&FittedModel>, Vec<&FittedModel>) = others
         .iter()
-        .take_while(|c| error(c) <= FLOOR_MEDIAN)
-        .map(|c| beside(problem, best, c))
-        .collect();
-    match (as_well.is_empty(), others.first()) {
-        (false, _) => as_well.join(" "),
-        (true, Some(next)) => format!(
+        .filter(is_small)
+        .partition(|c| c.reaches_floor());
+    adequate.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+    coloured.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    if !adequate.is_empty() {
+        let mut sentences: Vec<String> = adequate
+            .iter()
+            .take(WORDED)
+            .map(|c| beside(problem, best, c))
+            .collect();
+        if let Some(more) = adequate.len().checked_sub(WORDED).filter(|&n| n > 0) {
+            sentences.push(format!("So do {more} more, further behind."));
+        }
+        return sentences.join(" ");
+    }
+    let nearest = others.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+    match (coloured.first(), nearest) {
+        (Some(least), _) => format!(
+            "No other candidate explains the data: {} comes nearest, {:.2} times the noise on the runs fitted, but what it leaves is not white, or it bends the structure{}.",
+            name(problem, &least.choices),
+            error(least),
+            match coloured.len() - 1 {
+                0 => String::new(),
+                more => format!("; so it is with {more} more"),
+            }
+        ),
+        (None, Some(next)) => format!(
             "No other candidate comes down to the noise: the next, {}, leaves {:.2} times the noise on the runs fitted.",
             name(problem, &next.choices),
             error(next)
         ),
-        (true, None) if tied.len() > 1 => String::new(),
-        (true, None) => "There was no other candidate to compare.".to_owned(),
+        (None, None) if tied.len() > 1 => String::new(),
+        (None, None) => "There was no other candidate to compare.".to_owned(),
     }
 }
 
-/// A candidate that comes down to the noise too, beside the one named.
+/// An adequate candidate beside the one named.
 fn beside(problem: &Problem, best: &FittedModel, other: &FittedModel) -> String {
     let kept_out = match &other.holdout {
         Some(h) if h.nrmse.is_finite() => {
@@ -84,14 +108,13 @@ fn beside(problem: &Problem, best: &FittedModel, other: &FittedModel) -> String 
         }
         _ => String::new(),
     };
-    let behind = other.score() - best.score();
-    let more = other.size() as isize - best.size() as isize;
-    let why = match (other.reaches_floor(), more > 0) {
-        (false, _) => "what it leaves is not noise, or it bends the structure".to_owned(),
-        (true, true) => format!(
-            "it needs {more} free values more; with their price it stands {behind:.0} behind in gain"
-        ),
-        (true, false) => format!("it stands {behind:.0} behind in gain"),
+    let behind = match best.log_posterior - other.log_posterior {
+        nats if nats.is_finite() => format!("is {nats:.0} nats less probable"),
+        _ => "is far less probable".to_owned(),
+    };
+    let why = match other.size().checked_sub(best.size()).filter(|&n| n > 0) {
+        Some(more) => format!("it needs {more} free values more and {behind}"),
+        None => format!("it {behind}"),
     };
     format!(
         "{} comes down to the noise as well ({:.2} times on the runs fitted{kept_out}), but {why}.",
