@@ -200,6 +200,47 @@ fn settled_motion(parameters: &ModelParameters) -> Vec<f64> {
     displacements(run_from(parameters, true).unwrap())
 }
 
+/// A formula of so many terms that it has no power series, and that is zero: beside another the motion is integrated by small steps
+/// whose error is controlled.
+fn too_long() -> String {
+    let terms: Vec<String> = (1..=70).map(|i| format!("sin({i}*w)")).collect();
+    format!(" + 0*({})", terms.join(" + "))
+}
+
+#[test]
+fn steps_that_end_where_a_branch_does_move_as_small_ones() {
+    let yields = "(w_dot - abs(w_dot)*z)/1e-4";
+    for (force, rate) in [
+        ("-0.3*z", yields),
+        ("if(w_dot > 0, -0.4, 0.3) + 0*z", "0*w"),
+        ("-9e4*max(w - 2e-4, 0) - 0.1*z", yields),
+    ] {
+        let with_tail = |tail: &str| {
+            with(UserEffect {
+                states: vec![state("z", "0", rate)],
+                ..effect(Target::TipForce, &format!("{force}{tail}"), &[])
+            })
+        };
+        let moved = motion(&with_tail(""));
+        for (a, b) in moved.iter().zip(&motion(&with_tail(&too_long()))) {
+            assert!((a - b).abs() < 2e-9, "{force}: {a} {b}");
+        }
+        let evaluations = |parameters: &ModelParameters| {
+            let mut run = run(parameters).unwrap();
+            run.advance_to(0.04).unwrap();
+            run.statistics().evaluations
+        };
+        let (by_series, by_small_steps) = (
+            evaluations(&with_tail("")),
+            evaluations(&with_tail(&too_long())),
+        );
+        assert!(
+            2 * by_series < by_small_steps,
+            "{force}: {by_series} powers of series, {by_small_steps} evaluations"
+        );
+    }
+}
+
 #[test]
 fn factors_on_frequencies_and_damping_are_those_of_another_structure() {
     let changed = |factor: f64, damping: f64, modes: &[usize]| {

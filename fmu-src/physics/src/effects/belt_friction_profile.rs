@@ -1,6 +1,6 @@
 //! Friction that depends on the place along the track, without a period.
 
-use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, product, sign_until};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::real::{Real, ZERO, value};
@@ -221,15 +221,17 @@ impl EffectSeries for Profile {
         let change = c[1] * u[k] + c[2] * square[k] + c[3] * product(square, u, k);
         if k == 0 { 1.0 + c[0] + change } else { change }
     }
-    fn holds(&self, m: &MotionSeries, registers: &[Series], degree: usize, theta: f64) -> bool {
+    fn until(&self, m: &MotionSeries, registers: &[Series], degree: usize, theta: f64) -> f64 {
         // Within one interval of the spline.
         let place = self.place(m.start.travel);
         let mut left = registers[0];
         left.iter_mut().for_each(|c| *c = -*c);
         left[0] += 1.0;
-        (0.0..=self.intervals as f64).contains(&place)
-            && keeps_sign(&registers[0], degree, theta)
-            && keeps_sign(&left, degree, theta)
+        if !(0.0..=self.intervals as f64).contains(&place) {
+            return 0.0;
+        }
+        let end = |f: &Series| sign_until(f, degree, theta);
+        end(&registers[0]).min(end(&left))
     }
 }
 

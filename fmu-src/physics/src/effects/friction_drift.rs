@@ -95,7 +95,7 @@ impl EffectSeries for Drift {
         cold[k] = -self.rate * m.unit * cold[k - 1] / k as f64;
         -self.change * cold[k]
     }
-    fn holds(&self, m: &MotionSeries, _registers: &[Series], _degree: usize, _theta: f64) -> bool {
-        m.start.time >= 0.0
+    fn until(&self, m: &MotionSeries, _registers: &[Series], _degree: usize, theta: f64) -> f64 {
+        if m.start.time >= 0.0 { theta } else { 0.0 }
     }
 }

@@ -138,8 +138,9 @@ impl EffectSeries for Bristle {
     ) {
         rates[0] += registers[3][k];
     }
-    fn holds(&self, _m: &MotionSeries, registers: &[Series], _degree: usize, _theta: f64) -> bool {
+    fn until(&self, _m: &MotionSeries, registers: &[Series], _degree: usize, theta: f64) -> f64 {
         // Without capacity nothing holds the bristles.
-        registers[2][0].is_finite()
+        let holds = registers[2][0].is_finite();
+        if holds { theta } else { 0.0 }
     }
 }

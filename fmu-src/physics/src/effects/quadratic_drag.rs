@@ -1,6 +1,6 @@
 //! Air drag on the moving beam.
 
-use super::series::{EffectSeries, Hooks, MotionSeries, Series, keeps_sign, product};
+use super::series::{EffectSeries, Hooks, MotionSeries, Series, product, sign_until};
 use super::{Card, Context, Effect, Motion, Parameter, Role};
 use crate::error::PhysicsError;
 use crate::real::Real;
@@ -72,7 +72,7 @@ impl EffectSeries for Drag {
     ) -> Real {
         -self.0 * m.velocity[0].signum() * product(&m.velocity, &m.velocity, k)
     }
-    fn holds(&self, m: &MotionSeries, _registers: &[Series], degree: usize, theta: f64) -> bool {
-        keeps_sign(&m.velocity, degree, theta)
+    fn until(&self, m: &MotionSeries, _registers: &[Series], degree: usize, theta: f64) -> f64 {
+        sign_until(&m.velocity, degree, theta)
     }
 }

@@ -5,7 +5,9 @@ use crate::integrate::MAX_DEGREE;
 use crate::real::{Real, ZERO, real};
 
 pub use crate::integrate::State;
-pub use crate::integrate::series::{Series, chained, keeps_sign, product, quotient};
+pub use crate::integrate::series::{
+    Series, all_or_nothing, chained, product, quotient, sign_until,
+};
 
 /// Registers of [`harmonic`].
 pub const HARMONIC_REGISTERS: usize = 2;
@@ -216,9 +218,9 @@ pub trait EffectSeries {
         _rates: &mut [Real],
     ) {
     }
-    /// Whether the expressions hold on `[0, theta]`, e.g. no quantity changes its sign whose magnitude
-    /// they contain.
-    fn holds(&self, _m: &MotionSeries, _registers: &[Series], _degree: usize, _theta: f64) -> bool {
-        true
+    /// Normalised time, at most `theta`, up to which the expressions hold, e.g. no quantity changes its sign whose magnitude they
+    /// contain; a step ends just beyond, and the next one has the expressions that hold there. 0 where there are none.
+    fn until(&self, _m: &MotionSeries, _registers: &[Series], _degree: usize, theta: f64) -> f64 {
+        theta
     }
 }

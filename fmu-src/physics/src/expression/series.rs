@@ -3,13 +3,13 @@
 //! Each operation becomes one or a few steps with a series each. An analytic function `f` of a series u has the
 //! coefficients `f_k = sum_i i u_i g_(k-i) / k` with `g = f'(u)`, itself a series of the same program (Moore 1966, ch. 11):
 //! `tanh` has `g = 1 - tanh^2`, `atan` has `g = 1/(1 + u^2)`. Comparisons, `abs`, `min` and the like are taken in the
-//! branch that holds at the start; [`SeriesProgram::holds`] says whether it holds throughout.
+//! branch that holds at the start; [`SeriesProgram::until`] says how far it holds.
 
 mod lowering;
 
 use super::Op;
 use super::spline::Spline;
-use crate::integrate::series::{Series, chained, keeps_sign, product, quotient};
+use crate::integrate::series::{Series, all_or_nothing, chained, product, quotient, sign_until};
 use crate::real::{Real, ZERO, real, value};
 
 /// Most steps of a program; longer formulas are integrated by their values.
@@ -215,14 +215,17 @@ impl SeriesProgram {
         if value(condition) == 0.0 { b } else { a }
     }
 
-    /// Whether the branches taken hold on `[0, theta]`, as far as `degree` tells, and the value is finite.
-    pub fn holds(&self, registers: &[Series], degree: usize, theta: f64) -> bool {
+    /// Normalised time, at most `theta`, up to which the branches taken hold, as far as `degree` tells; 0 where the value is not
+    /// finite or ends.
+    pub fn until(&self, registers: &[Series], degree: usize, theta: f64) -> f64 {
         let Of(result) = self.result else {
-            return true;
+            return theta;
         };
         if !registers[result][..=degree].iter().all(|c| c.is_finite()) {
-            return false;
+            return 0.0;
         }
+        let mut end = theta;
+        let sign_of = |f: &Series| sign_until(f, degree, theta);
         // A branch that is not taken may be anything. What a step needs stands before it, but for the derivatives of
         // functions by themselves, which have no branches.
         let mut is_live = [false; MAX_STEPS];
@@ -249,9 +252,10 @@ impl SeriesProgram {
                 Step::Slope(u) => needs(Of(u)),
                 Step::Power(u, _) => {
                     needs(Of(u));
-                    if !(value(registers[u][0]) > 0.0 && keeps_sign(&registers[u], degree, theta)) {
-                        return false;
+                    if !(value(registers[u][0]) > 0.0) {
+                        return 0.0;
                     }
+                    end = end.min(all_or_nothing(&registers[u], degree, theta));
                 }
                 Step::Integral {
                     argument,
@@ -269,22 +273,20 @@ impl SeriesProgram {
                     needs(Of(rate));
                     // It jumps where y changes its sign left of the origin.
                     let keeps = |operand: Operand| match operand {
-                        Of(j) => keeps_sign(&registers[j], degree, theta),
-                        Constant(c) => value(c) != 0.0,
+                        Of(j) => sign_of(&registers[j]),
+                        Constant(c) if value(c) != 0.0 => theta,
+                        Constant(_) => 0.0,
                     };
                     let is_right = match x {
                         Of(j) => value(registers[j][0]) > 0.0,
                         Constant(c) => value(c) > 0.0,
                     };
-                    if !(keeps(y) || is_right && keeps(x)) {
-                        return false;
-                    }
+                    let of_x = if is_right { keeps(x) } else { 0.0 };
+                    end = end.min(keeps(y).max(of_x));
                 }
                 Step::Piecewise(u, _) => {
                     needs(Of(u));
-                    if !keeps_sign(&registers[u], degree, theta) {
-                        return false;
-                    }
+                    end = end.min(sign_of(&registers[u]));
                 }
                 Step::Floor(u) => {
                     needs(Of(u));
@@ -293,18 +295,15 @@ impl SeriesProgram {
                     let mut below = above;
                     below.iter_mut().for_each(|c| *c = -*c);
                     below[0] += real(1.0);
-                    if !(keeps_sign(&above, degree, theta) && keeps_sign(&below, degree, theta)) {
-                        return false;
-                    }
+                    end = end.min(sign_of(&above)).min(sign_of(&below));
                 }
                 Step::Choose(c, a, b) => {
                     needs(c);
                     needs(self.chosen(c, a, b, registers));
                     if let Of(c) = c
                         && !self.is_constant(c)
-                        && !keeps_sign(&registers[c], degree, theta)
                     {
-                        return false;
+                        end = end.min(sign_of(&registers[c]));
                     }
                 }
                 Step::Distance { argument, .. } => needs(Of(argument)),
@@ -326,17 +325,14 @@ impl SeriesProgram {
                     from[0] -= left.unwrap_or(f64::NEG_INFINITY).max(-f64::MAX);
                     let mut to = registers[argument].map(|c| -c);
                     to[0] += right.unwrap_or(f64::INFINITY).min(f64::MAX);
-                    let starts_inside = value(from[0]) > 0.0 && value(to[0]) > 0.0;
-                    if !(starts_inside
-                        && keeps_sign(&from, degree, theta)
-                        && keeps_sign(&to, degree, theta))
-                    {
-                        return false;
+                    if !(value(from[0]) > 0.0 && value(to[0]) > 0.0) {
+                        return 0.0;
                     }
+                    end = end.min(sign_of(&from)).min(sign_of(&to));
                 }
             }
         }
-        true
+        end
     }
 
     /// Whether a step is constant as long as its own condition holds.
@@ -379,7 +375,7 @@ mod tests {
             let quantity = |_| x.get(k).copied().unwrap_or(0.0);
             value += program.next(k, quantity, &mut registers) * theta.powi(k as i32);
         }
-        program.holds(&registers, degree, theta).then_some(value)
+        (program.until(&registers, degree, theta) == theta).then_some(value)
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! be expanded as it goes (Moore 1966, ch. 11; Jorba and Zou 2005, Experimental Mathematics 14:99, sect. 2.1).
 
 use super::MAX_DEGREE;
-use crate::real::{Real, ZERO, values};
+use super::roots::first_below_zero;
+use crate::real::{Real, ZERO, value, values};
 
 /// Coefficients, power by power.
 pub type Series = [Real; MAX_DEGREE + 1];
@@ -90,10 +91,53 @@ pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
     stays_positive(&mirrored[..=degree], theta)
 }
 
+/// Normalised time, at most `theta`, up to which the series up to `degree` keeps the sign that it has at 0: where it first crosses
+/// zero, or `theta`; 0 for one that leaves zero itself, whose sign nothing tells.
+pub fn sign_until(f: &Series, degree: usize, theta: f64) -> f64 {
+    if keeps_sign(f, degree, theta) {
+        return theta;
+    }
+    let start = value(f[0]);
+    if start == 0.0 {
+        return 0.0;
+    }
+    let positive = f.map(|c| c * start.signum());
+    let crossing = first_below_zero(&positive[..=degree], 0.0, theta);
+    crossing.map_or(theta, value)
+}
+
+/// `theta` if the series up to `degree` keeps its sign until then, 0 if it crosses zero before: for what ends where a series does.
+pub fn all_or_nothing(f: &Series, degree: usize, theta: f64) -> f64 {
+    if sign_until(f, degree, theta) < theta {
+        0.0
+    } else {
+        theta
+    }
+}
+
 #[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+
+    #[test]
+    fn val_a_sign_is_kept_until_the_first_root() {
+        // Source: roots of (theta - 0.4)(theta - 0.7) and of its negative.
+        let mut f = [0.0; MAX_DEGREE + 1];
+        f[..3].copy_from_slice(&[0.28, -1.1, 1.0]);
+        for sign in [1.0, -1.0] {
+            let f = f.map(|c| sign * c);
+            assert_relative_eq!(sign_until(&f, 2, 1.0), 0.4, max_relative = 1e-12);
+            assert_eq!(sign_until(&f, 2, 0.3), 0.3);
+            assert_eq!(all_or_nothing(&f, 2, 1.0), 0.0);
+        }
+        // It comes near zero without a crossing, as sums of magnitudes can't prove.
+        f[0] = 0.31;
+        assert!(!keeps_sign(&f, 2, 1.0));
+        assert_eq!(all_or_nothing(&f, 2, 1.0), 1.0);
+        f[0] = 0.0;
+        assert_eq!(sign_until(&f, 2, 1.0), 0.0);
+    }
 
     fn exponential(rate: f64) -> Series {
         let mut f = [0.0; MAX_DEGREE + 1];

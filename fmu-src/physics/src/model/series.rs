@@ -94,8 +94,8 @@ impl Model {
     }
 
     /// Expands slip from the time and state at which `segment` starts, and gives the normalised time up to which
-    /// the series is good to the tolerance; [`Workspace::sliding_speed`] is then that of the stretch. `None` where
-    /// the series does not hold so far, because a quantity changes its regime.
+    /// the series is good to the tolerance, or just beyond which an expression of an effect changes its branch;
+    /// [`Workspace::sliding_speed`] is then that of the stretch. `None` where the series does not hold.
     pub fn expand_slip(
         &self,
         mode: ContactMode,
@@ -120,7 +120,7 @@ impl Model {
             let reach = taylor::reach(segment, tolerance, scales);
             system.observe(degree, &segment.coefficients[degree]);
             let reach = law.reach(&system.room.motion.speed[..=degree], reach);
-            system.holds(degree - 1, reach).then_some(reach)
+            system.until(degree - 1, reach)
         }
     }
 
@@ -149,7 +149,8 @@ impl Model {
         for k in 0..=segment.degree {
             system.advance(k, &segment.coefficients, &mut [ZERO; MAX_MODES]);
         }
-        self.checked(&system, segment.degree, 1.0, ROUNDING)
+        let stick = self.checked(&system, segment.degree, 1.0, ROUNDING);
+        stick.filter(|stick| stick.reach == 1.0)
     }
 
     /// What was found, if it holds, and if the limit is as good as the motion.
@@ -161,9 +162,10 @@ impl Model {
         tolerance: f64,
     ) -> Option<Stick> {
         let limit = *system.capacity();
+        let reach = system.until(degree, reach)?;
         let last = |power: usize| value(limit[power]).abs() * reach.powi(power as i32);
         let left_out = last(degree).max(last(degree - 1));
-        let good = left_out <= tolerance * value(limit[0]).abs() && system.holds(degree, reach);
+        let good = left_out <= tolerance * value(limit[0]).abs();
         good.then_some(Stick {
             reach,
             force: system.room.force,

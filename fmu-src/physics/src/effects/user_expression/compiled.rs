@@ -357,18 +357,20 @@ impl EffectSeries for Compiled {
             rest = &mut rest[state.rate.register_count()..];
         }
     }
-    fn holds(&self, _m: &MotionSeries, registers: &[Series], degree: usize, theta: f64) -> bool {
+    fn until(&self, _m: &MotionSeries, registers: &[Series], degree: usize, theta: f64) -> f64 {
         let mut rest = &registers[OWN_REGISTERS..];
         let acts = self.target != Target::Measurement;
-        if acts && !self.formula.holds(rest, degree, theta) {
-            return false;
-        }
+        let mut end = match acts {
+            true => self.formula.until(rest, degree, theta),
+            false => theta,
+        };
         rest = &rest[self.formula.register_count()..];
-        self.states.iter().all(|state| {
+        for state in &self.states {
             let (own, others) = rest.split_at(state.rate.register_count());
             rest = others;
             // Rates are worked out up to the power before.
-            state.rate.holds(own, degree.saturating_sub(1), theta)
-        })
+            end = end.min(state.rate.until(own, degree.saturating_sub(1), theta));
+        }
+        end
     }
 }

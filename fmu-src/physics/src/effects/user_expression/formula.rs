@@ -76,9 +76,9 @@ impl Formula {
         program.next(k, |i| variable[i], registers)
     }
 
-    /// Whether the series holds on `[0, theta]`.
-    pub fn holds(&self, registers: &[Series], degree: usize, theta: f64) -> bool {
+    /// Normalised time, at most `theta`, up to which the series holds.
+    pub fn until(&self, registers: &[Series], degree: usize, theta: f64) -> f64 {
         let program = self.program.as_ref().expect("asked for where it has one");
-        program.holds(registers, degree, theta)
+        program.until(registers, degree, theta)
     }
 }

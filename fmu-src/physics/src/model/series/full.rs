@@ -4,7 +4,7 @@ use super::MAX_PARTS;
 use super::workspace::Workspace;
 use crate::beam::MAX_MODES;
 use crate::contact::ContactMode;
-use crate::effects::series::{EffectSeries, Series, keeps_sign, product};
+use crate::effects::series::{EffectSeries, Series, all_or_nothing, product};
 use crate::effects::{BeltGive, ContactForce};
 use crate::friction::series::{CoefficientSeries, ExponentialSum};
 use crate::integrate::series::RECIPROCAL;
@@ -12,6 +12,10 @@ use crate::integrate::taylor::SeriesSystem;
 use crate::integrate::{MAX_DEGREE, Segment, State};
 use crate::model::{Enabled, Model};
 use crate::real::{Real, ZERO};
+
+/// Share of a step by which it goes on beyond the end of a branch: so little that what the wrong branch does there is far below any
+/// tolerance (of a force that jumps, 1e-9 of the step's impulse), and so much that rounding can't put the next step before that end.
+const BEYOND: f64 = 1e-9;
 
 /// The expansion of a motion with effects.
 pub(super) struct FullSeries<'a> {
@@ -277,23 +281,31 @@ impl<'a> FullSeries<'a> {
         force
     }
 
-    /// Whether no factor changes its sign and every effect's expressions hold up to `theta`, as far as
-    /// `degree` tells.
-    pub(super) fn holds(&self, degree: usize, theta: f64) -> bool {
-        let keeps = |f: &Series| f[0] >= 0.0 && keeps_sign(f, degree, theta);
+    /// Normalised time, as far as `degree` tells, up to which a step may go that could go to `theta`: just beyond the first branch of an
+    /// effect's expressions that ends. `None` where a factor changes its sign or an expression does not hold at all.
+    pub(super) fn until(&self, degree: usize, theta: f64) -> Option<f64> {
+        let keeps = |f: &Series| f[0] >= 0.0 && all_or_nothing(f, degree, theta) > 0.0;
         let room = &*self.room;
         let [force, rate] = room.motion.normal_force;
         // Friction laws are continued by constants below v = 0.
-        self.first_argument >= -1e-12
+        let holds = self.first_argument >= -1e-12
             && force >= 0.0
             && force + rate * theta >= 0.0
             && keeps(&room.mu)
-            && room.factors[..self.factor_count].iter().all(keeps)
-            && (0..self.model.effects.len()).all(|i| {
-                let (enabled, series) = self.part(i);
-                let registers = &room.registers[enabled.first_register..];
-                series.holds(&room.motion, registers, degree, theta)
-            })
+            && room.factors[..self.factor_count].iter().all(keeps);
+        if !holds {
+            return None;
+        }
+        let end = (0..self.model.effects.len()).fold(theta, |end, i| {
+            let (enabled, series) = self.part(i);
+            let registers = &room.registers[enabled.first_register..];
+            end.min(series.until(&room.motion, registers, degree, theta))
+        });
+        match end {
+            end if end >= theta => Some(theta),
+            end if end > 0.0 => Some((end + BEYOND * theta).min(theta)),
+            _ => None,
+        }
     }
 }
 
