@@ -642,12 +642,14 @@ impl Simulation {
     /// An effect that can't be evaluated at this instant or shortly after it: the better explanation of
     /// a run that can't go on.
     fn fault_near(&self, t: Real, x: &State, mode: ContactMode) -> Option<PhysicsError> {
-        // At this instant itself the rates may be none of which anything could be said.
         if let Some(fault) = self.model.fault(t, x, mode) {
             return Some(fault);
         }
         let mut rates = [ZERO; MAX_STATES];
         self.model.rates(t, x, mode, &mut rates);
+        if !rates.iter().all(|r| r.is_finite()) {
+            return None;
+        }
         [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6]
             .into_iter()
             .find_map(|h| {

@@ -141,16 +141,28 @@ impl EffectCard {
 /// An annotation that can't be read or names variables that the FMU does not have.
 pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
     if let Some(side) = fmu.side_file() {
+        // A calibrated FMU may be run, but not searched for the effects that are on in it.
+        for (effect, p) in side
+            .effects
+            .iter()
+            .flat_map(|e| e.parameters.iter().map(move |p| (e, p)))
+        {
+            if p.role == Role::Amplitude && p.start != 0.0 {
+                return Err(side.error(format!(
+                    "{}.{} is {} where the FMU starts; an amplitude must be 0 there, which switches the effect off",
+                    effect.id, p.name, p.start
+                )));
+            }
+        }
         return Ok(side.effects.clone());
     }
-    let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+    let Some(document) = annotation(fmu)? else {
         return Ok(Vec::new());
     };
     let broken = |problem: String| Error::FmuDescription {
         path: fmu.path().to_owned(),
         problem,
     };
-    let document = read(fmu, xml)?;
     let text =
         |node: &roxmltree::Node, name: &str| node.attribute(name).unwrap_or_default().to_owned();
     let number = |node: &roxmltree::Node, name: &str| -> Result<f64, Error> {
@@ -205,10 +217,17 @@ pub fn candidates(fmu: &Fmu) -> Result<Vec<EffectCard>, Error> {
     Ok(out)
 }
 
-/// The annotation as a document.
-pub(crate) fn read<'x>(fmu: &Fmu, xml: &'x str) -> Result<roxmltree::Document<'x>, Error> {
-    roxmltree::Document::parse(xml).map_err(|e| Error::FmuDescription {
+/// The annotation in which an FMU of this project declares its effects.
+///
+/// # Errors
+/// One that is no XML.
+pub(crate) fn annotation(fmu: &Fmu) -> Result<Option<roxmltree::Document<'_>>, Error> {
+    let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+        return Ok(None);
+    };
+    let document = roxmltree::Document::parse(xml).map_err(|e| Error::FmuDescription {
         path: fmu.path().to_owned(),
         problem: format!("the list of effects can't be read: {e}"),
-    })
+    })?;
+    Ok(Some(document))
 }

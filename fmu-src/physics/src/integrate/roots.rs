@@ -20,6 +20,11 @@ pub fn first_below_zero(c: &[Real], low: f64, high: f64) -> Option<Real> {
     Some(root(theta, |theta| polynomial(c.iter(), theta)))
 }
 
+/// The same on `(0, high]` of values, without their derivatives.
+pub fn first_root_below(c: &[f64], high: f64) -> Option<f64> {
+    search(c, 0.0, high, 0)
+}
+
 /// Value of the polynomial.
 #[inline]
 pub fn value(c: &[f64], theta: f64) -> f64 {

@@ -5,7 +5,7 @@
 //! be expanded as it goes (Moore 1966, ch. 11; Jorba and Zou 2005, Experimental Mathematics 14:99, sect. 2.1).
 
 use super::MAX_DEGREE;
-use super::roots::first_below_zero;
+use super::roots::first_root_below;
 use crate::real::{Real, ZERO, value, values};
 
 /// Coefficients, power by power.
@@ -91,22 +91,45 @@ pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
     stays_positive(&mirrored[..=degree], theta)
 }
 
-/// Normalised time, at most `theta`, up to which the series up to `degree` keeps the sign that it has at 0: where it first crosses
-/// zero, or `theta`; 0 for one that leaves zero itself, whose sign nothing tells.
+/// Share of a series up to which its last two terms may count where its roots are those of the function: a branch that ends is met
+/// to so much of the step, and none that ends is missed.
+const RESOLVED: f64 = 1e-6;
+
+/// Whether the series up to `degree` stands for its function on `[0, theta]`: what decides on a branch enters no state, so that the
+/// length of a step says nothing of it.
+fn is_resolved(f: &[f64], theta: f64) -> bool {
+    let terms = f.iter().scan(1.0, |power, c| {
+        let term = c.abs() * *power;
+        *power *= theta;
+        Some(term)
+    });
+    let largest = terms.clone().fold(0.0, f64::max);
+    let last = terms.skip(f.len().saturating_sub(2));
+    f.iter().all(|c| c.is_finite()) && last.fold(0.0, f64::max) <= RESOLVED * largest
+}
+
+/// Normalised time, at most `theta`, up to which the series up to `degree` keeps the sign that it has at 0: until it first crosses
+/// zero, and no longer than it stands for its function. 0 where nothing tells, as for one that leaves zero itself; one that is zero
+/// throughout keeps its sign.
 pub fn sign_until(f: &Series, degree: usize, theta: f64) -> f64 {
+    let start = value(f[0]);
+    if start == 0.0 {
+        let stays = f[..=degree].iter().all(|c| value(*c) == 0.0);
+        return if stays { theta } else { 0.0 };
+    }
     if keeps_sign(f, degree, theta) {
         return theta;
     }
-    let start = value(f[0]);
-    if start == 0.0 {
+    let positive = f.map(|c| value(c) * start.signum());
+    let positive = &positive[..=degree];
+    let shorter = [1.0, 0.5, 0.25, 0.125].map(|share| share * theta);
+    let Some(until) = shorter.into_iter().find(|end| is_resolved(positive, *end)) else {
         return 0.0;
-    }
-    let positive = f.map(|c| c * start.signum());
-    let crossing = first_below_zero(&positive[..=degree], 0.0, theta);
-    crossing.map_or(theta, value)
+    };
+    first_root_below(positive, until).unwrap_or(until)
 }
 
-/// `theta` if the series up to `degree` keeps its sign until then, 0 if it crosses zero before: for what ends where a series does.
+/// `theta` if the series up to `degree` keeps its sign until then, 0 otherwise: for what ends where a series does.
 pub fn all_or_nothing(f: &Series, degree: usize, theta: f64) -> f64 {
     if sign_until(f, degree, theta) < theta {
         0.0
@@ -127,16 +150,38 @@ mod tests {
         f[..3].copy_from_slice(&[0.28, -1.1, 1.0]);
         for sign in [1.0, -1.0] {
             let f = f.map(|c| sign * c);
-            assert_relative_eq!(sign_until(&f, 2, 1.0), 0.4, max_relative = 1e-12);
-            assert_eq!(sign_until(&f, 2, 0.3), 0.3);
-            assert_eq!(all_or_nothing(&f, 2, 1.0), 0.0);
+            assert_relative_eq!(sign_until(&f, 6, 1.0), 0.4, max_relative = 1e-12);
+            assert_eq!(sign_until(&f, 6, 0.3), 0.3);
+            assert_eq!(all_or_nothing(&f, 6, 1.0), 0.0);
         }
         // It comes near zero without a crossing, as sums of magnitudes can't prove.
         f[0] = 0.31;
         assert!(!keeps_sign(&f, 2, 1.0));
-        assert_eq!(all_or_nothing(&f, 2, 1.0), 1.0);
-        f[0] = 0.0;
-        assert_eq!(sign_until(&f, 2, 1.0), 0.0);
+        assert_eq!(all_or_nothing(&f, 6, 1.0), 1.0);
+    }
+
+    #[test]
+    fn what_tells_nothing_of_its_sign_keeps_none() {
+        let series = |coefficients: &[f64]| {
+            let mut f = [0.0; MAX_DEGREE + 1];
+            f[..coefficients.len()].copy_from_slice(coefficients);
+            f
+        };
+        // It leaves zero itself, upwards or downwards; it stays there.
+        assert_eq!(sign_until(&series(&[0.0, 1.0]), 2, 1.0), 0.0);
+        assert_eq!(sign_until(&series(&[0.0, -1.0]), 2, 1.0), 0.0);
+        assert_eq!(sign_until(&series(&[]), 2, 1.0), 1.0);
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(sign_until(&series(&[1.0, -2.0, wrong]), 2, 1.0), 0.0);
+        }
+        // cos(20 theta) to degree 8 crosses zero at 0.0785 and stands for its function that far alone.
+        let mut f = [0.0; MAX_DEGREE + 1];
+        f[0] = 1.0;
+        for k in (2..=8).step_by(2) {
+            f[k] = -f[k - 2] * 400.0 / (k * (k - 1)) as f64;
+        }
+        assert_eq!(sign_until(&f, 8, 1.0), 0.0);
+        assert!(sign_until(&f, 8, 0.05) > 0.0);
     }
 
     fn exponential(rate: f64) -> Series {

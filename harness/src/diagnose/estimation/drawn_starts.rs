@@ -18,6 +18,7 @@ use crate::diagnose::estimation::fitter::{Fitter, directions, sum_of_squares};
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::estimation::sensitivities::Turned;
 use crate::diagnose::model::point::Point;
+use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
 
 /// Draws: along one direction that is open they lie a tenth of its standard deviation apart.
@@ -45,6 +46,15 @@ impl Fitter<'_, '_> {
         let mut unused = DVector::zeros(directions.len());
         let state = &point.states[k];
         self.add_state_prior(&directions, state, variance, &mut information, &mut unused);
+        // What shows later only lies about where it does in the evidence.
+        for (c, &i) in directions.iter().enumerate() {
+            if let (true, Some(scale)) = (
+                information[(c, c)] == 0.0,
+                self.hypothesis.state_scales.get(i),
+            ) {
+                information[(c, c)] = variance * (STATE_SPREAD * noise * scale).powi(-2);
+            }
+        }
         let covariance = scaled_inverse(&information, 0.0)? * (variance * WIDER * WIDER);
         Some(StartPosterior {
             factor: covariance.cholesky()?.l(),

@@ -16,6 +16,9 @@ pub(crate) const NODE_STD: f64 = 0.2;
 /// How much surer the map of the break-aways is of a node than of the next break-away: it is a mean over several.
 const SURER: f64 = 3.0;
 
+/// Settings that say where the values lie and how many there are; each run has its own.
+pub(crate) const PLACES: [&str; 3] = ["length", "start", "count"];
+
 /// What a run passes of the belt.
 #[derive(Debug, Clone)]
 pub struct Track {
@@ -48,9 +51,7 @@ pub(crate) fn add_profile(
             .find(|p| p.name == name)
             .map(|p| p.reference)
     };
-    let (Some(length), Some(start), Some(count)) =
-        (setting("length"), setting("start"), setting("count"))
-    else {
+    let [Some(length), Some(start), Some(count)] = PLACES.map(setting) else {
         return Ok(());
     };
     if nodes.is_empty() {

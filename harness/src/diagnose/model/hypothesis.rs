@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::beam_constants;
-use crate::diagnose::model::belt_profile::{NODE_STD, Track, add_profile, is_profile};
+use crate::diagnose::model::belt_profile::{NODE_STD, PLACES, Track, add_profile, is_profile};
 use crate::diagnose::model::friction_prior::FrictionPrior;
 use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
 use crate::diagnose::model::known_structure::structure;
@@ -257,7 +257,7 @@ impl Hypothesis {
                         .for_each(|parameters| parameters.push(parameter.clone())),
                     Role::Node => {}
                     // Where the values of a profile lie each run says itself.
-                    Role::Setting if is_profile(effect) => {}
+                    Role::Setting if is_profile(effect) && PLACES.contains(&p.name.as_str()) => {}
                     Role::Setting => fixed.push((p.reference, p.start)),
                     Role::Amplitude | Role::Shape => shared.push(parameter),
                 }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::fmu::effect_card::read;
+use crate::fmu::effect_card::annotation;
 use crate::metric::{median, standard_deviation};
 use crate::observer::{Mode, Smoothed, Structure};
 
@@ -30,10 +30,9 @@ impl Scales {
     /// # Errors
     /// An annotation that can't be read, or a scale that is no positive number.
     pub fn of_catalogue(fmu: &Fmu) -> Result<Option<Self>, Error> {
-        let Some(xml) = fmu.description().vendor_annotation("StickSlip") else {
+        let Some(document) = annotation(fmu)? else {
             return Ok(None);
         };
-        let document = read(fmu, xml)?;
         let mut nodes = document.descendants();
         let is_said = |node: &roxmltree::Node| {
             let scales = ["length", "velocity", "force"];

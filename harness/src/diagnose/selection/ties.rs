@@ -44,7 +44,7 @@ pub fn other_forms(selection: &Selection) -> Vec<&FittedModel> {
 const WORDED: usize = 3;
 
 /// What is so of the candidates that are not tied with what was named: which are adequate as well and why they are not named all
-/// the same, which leave little that is not noise, or how far the nearest stays from it.
+/// the same; where none is, which leaves little but not noise, or how far the nearest stays from it.
 pub fn others(problem: &Problem, selection: &Selection) -> String {
     let Some(best) = selection.path.last() else {
         return String::new();
@@ -75,7 +75,7 @@ pub fn others(problem: &Problem, selection: &Selection) -> String {
             .map(|c| beside(problem, best, c))
             .collect();
         if let Some(more) = adequate.len().checked_sub(WORDED).filter(|&n| n > 0) {
-            sentences.push(format!("So do {more} more, further behind."));
+            sentences.push(format!("So do {more} more."));
         }
         return sentences.join(" ");
     }
@@ -108,9 +108,14 @@ fn beside(problem: &Problem, best: &FittedModel, other: &FittedModel) -> String 
         }
         _ => String::new(),
     };
-    let behind = match best.log_posterior - other.log_posterior {
-        nats if nats.is_finite() => format!("is {nats:.0} nats less probable"),
-        _ => "is far less probable".to_owned(),
+    let nats = best.log_posterior - other.log_posterior;
+    let behind = match nats {
+        nats if nats >= 0.5 => format!("is {nats:.0} nats less probable"),
+        nats if nats > -0.5 => "is as probable".to_owned(),
+        nats if nats.is_finite() => {
+            format!("is {:.0} nats more probable, too little for a claim", -nats)
+        }
+        _ => "was not compared on all data".to_owned(),
     };
     let why = match other.size().checked_sub(best.size()).filter(|&n| n > 0) {
         Some(more) => format!("it needs {more} free values more and {behind}"),

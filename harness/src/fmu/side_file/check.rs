@@ -293,11 +293,6 @@ impl Check<'_> {
                     "has typical = 0; give a value at which the effect is plainly visible".into(),
                 );
             }
-            if role == Role::Amplitude && start != 0.0 {
-                return wrong(format!(
-                    "is {start} where the FMU starts; an amplitude must be 0 there, which switches the effect off"
-                ));
-            }
             if role == Role::Amplitude && !(p.min <= 0.0 && p.max >= 0.0) {
                 return wrong(format!(
                     "lies between {} and {}; 0, which switches the effect off, must be allowed",

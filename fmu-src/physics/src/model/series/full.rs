@@ -13,7 +13,7 @@ use crate::integrate::{MAX_DEGREE, Segment, State};
 use crate::model::{Enabled, Model};
 use crate::real::{Real, ZERO};
 
-/// Share of a step by which it goes on beyond the end of a branch: so little that what the wrong branch does there is far below any
+/// Share of the step that could have been by which one goes on beyond the end of a branch: so little that what the wrong branch does there is far below any
 /// tolerance (of a force that jumps, 1e-9 of the step's impulse), and so much that rounding can't put the next step before that end.
 const BEYOND: f64 = 1e-9;
 
@@ -301,11 +301,10 @@ impl<'a> FullSeries<'a> {
             let registers = &room.registers[enabled.first_register..];
             end.min(series.until(&room.motion, registers, degree, theta))
         });
-        match end {
-            end if end >= theta => Some(theta),
-            end if end > 0.0 => Some((end + BEYOND * theta).min(theta)),
-            _ => None,
+        if end >= theta {
+            return Some(theta);
         }
+        (end > 0.0).then(|| (end + BEYOND * theta).min(theta))
     }
 }
 
