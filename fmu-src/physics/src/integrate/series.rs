@@ -122,6 +122,7 @@ pub fn sign_until(f: &Series, degree: usize, theta: f64) -> f64 {
     }
     let positive = f.map(|c| value(c) * start.signum());
     let positive = &positive[..=degree];
+    // Below an eighth of the step the integrator that controls its error is as quick.
     let shorter = [1.0, 0.5, 0.25, 0.125].map(|share| share * theta);
     let Some(until) = shorter.into_iter().find(|end| is_resolved(positive, *end)) else {
         return 0.0;
