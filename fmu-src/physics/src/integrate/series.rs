@@ -82,7 +82,7 @@ pub fn stays_positive(f: &[Real], theta: f64) -> bool {
 
 /// Whether the series up to `degree` certainly keeps its sign on `[0, theta]`; one that is zero
 /// throughout does.
-pub fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
+fn keeps_sign(f: &Series, degree: usize, theta: f64) -> bool {
     if f[0] > 0.0 {
         return stays_positive(&f[..=degree], theta);
     }

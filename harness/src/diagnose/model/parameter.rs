@@ -85,17 +85,10 @@ impl Parameter {
         factor: f64,
     ) -> Self {
         Self {
-            name,
-            unit: unit.to_owned(),
-            kind: Kind::Reference,
-            targets: vec![(target, 1.0)],
             scale: Scale::Log,
-            prior: value,
-            prior_std: std,
             min: value / factor,
             max: value * factor,
-            step: 0.02 * std,
-            support: None,
+            ..Self::linear(name, unit, target, (value, std), 0.0)
         }
     }
 

@@ -13,8 +13,9 @@ use crate::integrate::{MAX_DEGREE, Segment, State};
 use crate::model::{Enabled, Model};
 use crate::real::{Real, ZERO};
 
-/// Share of the step that could have been by which one goes on beyond the end of a branch: so little that what the wrong branch does there is far below any
-/// tolerance (of a force that jumps, 1e-9 of the step's impulse), and so much that rounding can't put the next step before that end.
+/// Share of the step that could have been by which one goes on beyond the end of a branch: so little that what the wrong
+/// branch does there is far below any tolerance (of a force that jumps, 1e-9 of the step's impulse), and so much that
+/// rounding can't put the next step before that end.
 const BEYOND: f64 = 1e-9;
 
 /// The expansion of a motion with effects.
