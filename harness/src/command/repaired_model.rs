@@ -26,8 +26,12 @@ pub fn values(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
         for (name, estimate) in &effect.parameters {
             out.push((format!("{}.{name}", effect.id), estimate.value));
         }
-        for (name, per_run) in &effect.own_parameters {
-            // A phase belongs to a run; the first run's stands for all.
+        // A phase belongs to a run; the first run's stands for all.
+        let of_first = effect
+            .own_parameters
+            .iter()
+            .filter(|(_, v)| v[0].is_finite());
+        for (name, per_run) in of_first {
             out.push((format!("{}.{name}", effect.id), per_run[0]));
         }
     }

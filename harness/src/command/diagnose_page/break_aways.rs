@@ -2,6 +2,7 @@
 
 use super::{Material, side_by_side};
 use crate::diagnose::data::break_away::BreakAways;
+use crate::diagnose::model::profile_values::values_along;
 use crate::report::{Axis, Cell, Colour, Page, Plot, Table, number};
 
 /// Points of the line along the belt.
@@ -98,13 +99,9 @@ fn profile(material: &Material, run: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     };
     let mu_0 = h.shared_index("friction.mu_0")?;
     let scale = h.shared[mu_0].value(point.shared[mu_0]) * per_run("friction.level")?;
-    let nodes: (Vec<f64>, Vec<f64>) = h.per_run[run]
-        .iter()
-        .zip(&point.per_run[run])
-        .filter_map(|(parameter, u)| {
-            let (low, high) = parameter.support?;
-            Some((500.0 * (low + high), scale * (1.0 + parameter.value(*u))))
-        })
+    let nodes: (Vec<f64>, Vec<f64>) = values_along(&h.per_run[run], &point.per_run[run])
+        .into_iter()
+        .map(|(s, g)| (1e3 * s, scale * (1.0 + g)))
         .unzip();
     (!nodes.0.is_empty()).then_some(nodes)
 }

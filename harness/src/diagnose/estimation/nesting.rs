@@ -5,6 +5,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::Point;
+use crate::diagnose::model::profile_values::{follow_profile, have_same_places, values_along};
 
 /// The point of a smaller hypothesis that a larger one's point is without what it adds: shared and own parameters and
 /// states of the smaller come first in the larger.
@@ -31,14 +32,10 @@ pub fn widen(base: &FittedHypothesis, hypothesis: &Hypothesis, point: &Point) ->
             out.shared[j] = base.fit.point.shared[i];
         }
     }
-    for (run, parameters) in base.hypothesis.per_run.iter().enumerate() {
+    for (run, own) in out.per_run.iter_mut().enumerate() {
         let known = &base.fit.point.per_run[run];
-        widen_per_run(
-            parameters,
-            known,
-            &hypothesis.per_run[run],
-            &mut out.per_run[run],
-        );
+        let (few, all) = (&base.hypothesis.per_run[run], &hypothesis.per_run[run]);
+        widen_per_run((few, known), all, own);
     }
     for (state, known) in out.states.iter_mut().zip(&base.fit.point.states) {
         widen_state(&base.hypothesis, known, hypothesis, state);
@@ -48,16 +45,14 @@ pub fn widen(base: &FittedHypothesis, hypothesis: &Hypothesis, point: &Point) ->
 }
 
 /// What a run has of its own under a larger hypothesis, as under a smaller one; what that lacks stays as it is.
-pub fn widen_per_run(
-    smaller: &[Parameter],
-    known: &[f64],
-    larger: &[Parameter],
-    per_run: &mut [f64],
-) {
-    for (parameter, value) in smaller.iter().zip(known) {
-        if let Some(i) = larger.iter().position(|k| k.name == parameter.name) {
-            per_run[i] = *value;
+pub fn widen_per_run((few, known): (&[Parameter], &[f64]), all: &[Parameter], own: &mut [f64]) {
+    for (parameter, value) in few.iter().zip(known) {
+        if let Some(i) = all.iter().position(|k| k.name == parameter.name) {
+            own[i] = *value;
         }
+    }
+    if !have_same_places(few, all) {
+        follow_profile(all, &values_along(few, known), own);
     }
 }
 

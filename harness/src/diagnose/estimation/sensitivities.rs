@@ -53,12 +53,15 @@ impl Known<'_> {
         let (h, Some(linear)) = (self.hypothesis, &self.linear[k]) else {
             return false;
         };
-        let same = |own: &[Parameter], name: &str| own.iter().position(|p| p.name == name);
+        let same = |own: &[Parameter], wanted: &Parameter| {
+            let mut all = own.iter();
+            all.position(|p| p.name == wanted.name && p.support == wanted.support)
+        };
         let from = match turn {
             Turn::Shared(c) => {
-                same(&h.shared, &larger.shared[c].name).map(|i| linear.parameters.column(i))
+                same(&h.shared, &larger.shared[c]).map(|i| linear.parameters.column(i))
             }
-            Turn::PerRun(c) => same(&h.per_run[run], &larger.per_run[run][c].name)
+            Turn::PerRun(c) => same(&h.per_run[run], &larger.per_run[run][c])
                 .map(|i| linear.parameters.column(h.shared.len() + i)),
             Turn::State(i) => {
                 let modal = 2 * larger.modes;

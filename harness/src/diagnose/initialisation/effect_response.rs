@@ -14,8 +14,9 @@ use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::score_test::{At, one_step};
 use crate::diagnose::initialisation::starts::{at as on_line, resonance_ratios, shape_grid};
 use crate::diagnose::initialisation::subset_regression::{Change, Effect};
+use crate::diagnose::model::belt_profile::{is_profile, tried_lengths};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
-use crate::diagnose::model::parameter::{Kind, Parameter};
+use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
@@ -32,7 +33,7 @@ const STRENGTHS: [f64; 3] = [1.0, 0.2, 5.0];
 /// Lines of what repeats that are looked at.
 const LINES: usize = 4;
 /// Standard deviations that are tried of the values along the belt.
-const NODE_STDS: [f64; 3] = [0.2, 0.05, 0.0125];
+const STDS: [f64; 3] = [0.2, 0.05, 0.0125];
 
 /// What an effect changes in one of its shapes.
 pub(crate) struct Response {
@@ -138,6 +139,24 @@ pub(crate) fn responses_of(
     choice: &Choice,
     at: &At,
 ) -> Result<Vec<Response>, Error> {
+    let card = &problem.catalogue[choice.effect];
+    if !is_profile(card) {
+        return in_shapes(problem, choice, at);
+    }
+    let lengths = tried_lengths(card, &problem.tracks);
+    let mut found = Vec::new();
+    for &length in &lengths {
+        let mut choice = choice.clone();
+        choice.roughness.length = length;
+        found.extend(in_shapes(problem, &choice, at)?);
+    }
+    let price = (found.len() as f64).ln();
+    found.iter_mut().for_each(|r| r.effect.price = price);
+    Ok(found)
+}
+
+/// What an effect changes with these beliefs, in each of its shapes.
+fn in_shapes(problem: &Problem, choice: &Choice, at: &At) -> Result<Vec<Response>, Error> {
     let known = at.base.hypothesis.choices.iter();
     let choices: Vec<Choice> = known.chain([choice]).cloned().collect();
     let h = problem.hypothesis(&choices)?;
@@ -372,7 +391,7 @@ impl Beside<'_> {
     /// The effect's values along the belt.
     fn nodes(&self) -> Vec<(usize, String)> {
         let own = format!("{}.", self.card.id);
-        let is_node = |p: &&Parameter| p.kind == Kind::Node && p.name.starts_with(&own);
+        let is_node = |p: &&Parameter| p.support.is_some() && p.name.starts_with(&own);
         let runs = self.h.per_run.iter().enumerate();
         let of_run = |(run, parameters): (usize, &Vec<Parameter>)| {
             let nodes = parameters.iter().filter(is_node);
@@ -409,16 +428,15 @@ impl Beside<'_> {
                 columns: DMatrix::zeros(0, nodes.len()),
             },
         };
-        let with_spread = |node_std: f64| {
+        let with_spread = |std: f64| {
             let changes = slopes.iter().enumerate().map(change).collect();
             let unit = Unit::Nodes(nodes.to_vec());
-            let std = vec![node_std; nodes.len()];
-            let mut found = self.response(&self.without, changes, std, unit);
-            found.choice.node_std = node_std;
-            found.effect.price = (NODE_STDS.len() as f64).ln();
+            let stds = vec![std; nodes.len()];
+            let mut found = self.response(&self.without, changes, stds, unit);
+            found.choice.roughness.std = std;
             found
         };
-        NODE_STDS.into_iter().map(with_spread).collect()
+        STDS.into_iter().map(with_spread).collect()
     }
 
     /// What repeats, at the strongest lines of the residuals.

@@ -17,6 +17,7 @@ use crate::diagnose::estimation::fitter::directions;
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
+use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::periodic::{Argument, Line, argument, periodic};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
@@ -75,10 +76,8 @@ pub fn lines(
     let phase = effect
         .find_role(Role::Phase)
         .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
-    let Some(p) = h.per_run[0]
-        .iter()
-        .position(|k| Some(&k.name) == phase.as_ref())
-    else {
+    let place = |own: &Vec<Parameter>| own.iter().position(|k| Some(&k.name) == phase.as_ref());
+    let Some(phases) = h.per_run.iter().map(place).collect::<Option<Vec<_>>>() else {
         return Vec::new();
     };
     let widest = data
@@ -147,7 +146,7 @@ pub fn lines(
             let beliefs = changes[k].as_ref().map_or(&[][..], |c| &c.beliefs);
             let mut columns = Vec::new();
             for angle in [0.0, -0.25 * TAU] {
-                probe.per_run[segment.run][p] = angle;
+                probe.per_run[segment.run][phases[segment.run]] = angle;
                 let mut out = Vec::new();
                 if simulator
                     .predict(segment, probe.values(k, segment.run), samples, &mut out)

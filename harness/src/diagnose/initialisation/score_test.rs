@@ -15,7 +15,7 @@ use crate::diagnose::initialisation::expected_gain::{
 };
 use crate::diagnose::initialisation::response_spectrum;
 use crate::diagnose::initialisation::starts::at as on_line;
-use crate::diagnose::model::belt_profile::{NODE_STD, is_profile};
+use crate::diagnose::model::belt_profile::{Roughness, is_profile, tried_lengths};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::parameter::{Kind, Parameter};
 use crate::diagnose::model::periodic::Line;
@@ -49,8 +49,8 @@ pub(crate) struct Promise {
     pub start: Point,
     /// What the data would tell of its strength; `None` for what repeats, has many values or leaves no trace.
     pub strength: Option<Strength>,
-    /// Spread that promises most, of values along the belt; `None` for what has none.
-    node_std: Option<f64>,
+    /// What promises most to be believed of values along the belt; `None` for what has none.
+    roughness: Option<Roughness>,
 }
 
 impl Promise {
@@ -62,8 +62,8 @@ impl Promise {
     /// The hypothesis tested, believed as it promises most.
     pub fn choices(&self, tested: &[Choice]) -> Vec<Choice> {
         let mut choices = tested.to_vec();
-        if let (Some(last), Some(spread)) = (choices.last_mut(), self.node_std) {
-            last.node_std = spread;
+        if let (Some(last), Some(roughness)) = (choices.last_mut(), self.roughness) {
+            last.roughness = roughness;
         }
         choices
     }
@@ -312,7 +312,7 @@ impl<'a> ScoreTest<'a> {
             fall,
             start: start.unwrap_or(point),
             strength: None,
-            node_std: None,
+            roughness: None,
         }
     }
 
@@ -327,32 +327,58 @@ impl<'a> ScoreTest<'a> {
             return self.of_values(point, at);
         }
         match self.is_profile() {
-            true => self.of_profile(point, at),
+            true => self.of_profile(at),
             false => self.of_strength(point, at),
         }
     }
 
-    /// All values along the belt together, in the spread that gains most.
-    fn of_profile(&mut self, point: Point, at: &At) -> Option<Promise> {
-        let h = self.h;
+    /// All values along the belt together, with the spread and the correlation length that gain most.
+    fn of_profile(&self, at: &At) -> Option<Promise> {
+        let lengths = tried_lengths(self.card, &self.problem.tracks);
+        let price = (lengths.len() as f64).ln();
+        let of_length = |length: f64| {
+            let mut choices = self.h.choices.clone();
+            choices.last_mut()?.roughness.length = length;
+            let h = self.problem.hypothesis(&choices).ok()?;
+            let mut test = ScoreTest {
+                problem: self.problem,
+                h: &h,
+                card: self.card,
+                predictor: self.problem.predictor(&h).ok()?,
+            };
+            test.of_roughness(length, at)
+        };
+        let all = lengths.into_iter().filter_map(of_length);
+        let mut best = all.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+        best.gain -= price;
+        Some(best)
+    }
+
+    /// All values along the belt together at a correlation length in m, with the spread that gains most.
+    fn of_roughness(&mut self, length: f64, at: &At) -> Option<Promise> {
+        let (h, point) = (self.h, self.without(at));
         let all = h.shared.iter().chain(h.per_run.iter().flatten());
         let own = format!("{}.", self.card.id);
-        let is_node =
-            |(_, p): &(usize, &Parameter)| p.kind == Kind::Node && p.name.starts_with(&own);
-        let nodes: Vec<usize> = all.enumerate().filter(is_node).map(|(i, _)| i).collect();
-        let believed = h.choices.last()?.node_std;
+        let is_value =
+            |(_, p): &(usize, &Parameter)| p.support.is_some() && p.name.starts_with(&own);
+        let values: Vec<usize> = all.enumerate().filter(is_value).map(|(i, _)| i).collect();
+        let believed = h.choices.last()?.roughness.std;
         let (mut matrix, gradient) = self.reduced(&point, at);
         // The values are zero here, so that their belief has no part in the gradient.
-        for &i in &nodes {
+        for &i in &values {
             matrix[(i, i)] -= believed.powi(-2);
         }
-        let found = gain_of_profile(&matrix, &gradient, &nodes, NODE_STD)?;
+        let found = gain_of_profile(&matrix, &gradient, &values, Roughness::UNTOLD.std)?;
         Some(Promise {
             gain: found.gain,
             fall: found.gain + found.occam,
             start: point,
             strength: None,
-            node_std: Some(found.std),
+            roughness: Some(Roughness {
+                std: found.std,
+                length,
+                is_told: false,
+            }),
         })
     }
 
@@ -367,7 +393,7 @@ impl<'a> ScoreTest<'a> {
             fall,
             start: point,
             strength: None,
-            node_std: None,
+            roughness: None,
         })
     }
 
@@ -400,7 +426,7 @@ impl<'a> ScoreTest<'a> {
             fall: found.gain + found.occam,
             start: point,
             strength: found.std.is_finite().then(|| strength(found)),
-            node_std: None,
+            roughness: None,
         })
     }
 

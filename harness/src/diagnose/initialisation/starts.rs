@@ -14,6 +14,7 @@ use crate::diagnose::model::periodic::{Line, argument, periodic};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::profile_values::{follow_profile, values_along};
 use crate::diagnose::model::unknown_function::latent_name;
 use crate::fmu::effect_card::{EffectCard, Role};
 
@@ -172,16 +173,15 @@ fn with_place_map(problem: &Problem, h: &Hypothesis, origin: &Point) -> Option<P
     }
     let mut point = origin.clone();
     let mut any = false;
-    for ((parameters, values), map) in h.per_run.iter().zip(&mut point.per_run).zip(maps()) {
+    for (run, map) in maps().enumerate() {
         let Some(map) = map.filter(|m| m.fall >= MAPPED) else {
             continue;
         };
-        for (parameter, value) in parameters.iter().zip(values) {
-            if let Some((low, high)) = parameter.support {
-                *value = parameter.clamp(map.at(0.5 * (low + high)));
-                any = true;
-            }
-        }
+        let own = &mut point.per_run[run];
+        let mut profile = values_along(&h.per_run[run], own);
+        any |= !profile.is_empty();
+        profile.iter_mut().for_each(|(s, g)| *g = map.at(*s));
+        follow_profile(&h.per_run[run], &profile, own);
     }
     any.then_some(point)
 }

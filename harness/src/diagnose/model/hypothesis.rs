@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::beam_constants;
-use crate::diagnose::model::belt_profile::{NODE_STD, PLACES, Track, add_profile, is_profile};
+use crate::diagnose::model::belt_profile::{PLACES, Roughness, Track, add_profile, is_profile};
 use crate::diagnose::model::friction_prior::FrictionPrior;
 use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
 use crate::diagnose::model::known_structure::structure;
@@ -26,8 +26,8 @@ pub struct Choice {
     pub effect: usize,
     /// Setting values: parameter index and value.
     pub settings: Vec<(usize, f64)>,
-    /// Standard deviation of the belief in each value along the belt, for the effect that has such.
-    pub node_std: f64,
+    /// What is believed of values along the belt, for the effect that has such.
+    pub roughness: Roughness,
 }
 
 impl Choice {
@@ -36,7 +36,7 @@ impl Choice {
         Self {
             effect,
             settings: Vec::new(),
-            node_std: NODE_STD,
+            roughness: Roughness::UNTOLD,
         }
     }
 }
@@ -265,7 +265,7 @@ impl Hypothesis {
             if is_unknown_function(&effect.id) {
                 shared.extend(latent(effect));
             }
-            add_profile(effect, choice.node_std, tracks, &mut per_run)?;
+            add_profile(effect, choice.roughness, tracks, &mut per_run);
         }
         Ok(Self {
             choices: choices.to_vec(),

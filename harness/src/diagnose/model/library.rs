@@ -1,13 +1,13 @@
 //! Terms beyond the catalogue that are fitted like its effects, to see whether something else explains the data better.
 //!
-//! Each is one file in the form of a user's effect (`terms/`), the simplest of its kind: the next terms of the beam's restoring
+//! Each is one file in the form of a user's effect (`library/`), the simplest of its kind: the next terms of the beam's restoring
 //! force and damping, friction that tells directions apart, stiffness and belt speed that pulsate. None is ever named as an
 //! effect: where one is needed, the effect is none of the catalogue's, and the term is proposed.
 
 use serde::Deserialize;
 
 /// The files.
-pub const FILES: [&str; 33] = [
+pub const FILES: [&str; 35] = [
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
@@ -35,11 +35,13 @@ pub const FILES: [&str; 33] = [
     include_str!("library/rate_and_state_slip.toml"),
     include_str!("library/sensor_cubic.toml"),
     include_str!("library/sensor_curvature.toml"),
+    include_str!("library/sensor_drift.toml"),
     include_str!("library/slip_distance_lag.toml"),
     include_str!("library/softening_by_warming.toml"),
     include_str!("library/stop.toml"),
     include_str!("library/structural_hysteresis.toml"),
     include_str!("library/two_stops.toml"),
+    include_str!("library/vibration_absorber.toml"),
     include_str!("library/wear.toml"),
 ];
 

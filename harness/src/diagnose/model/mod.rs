@@ -16,6 +16,7 @@ pub mod periodic;
 pub mod point;
 pub mod predictor;
 pub mod problem;
+pub mod profile_values;
 pub mod references;
 pub mod scales;
 pub mod sensor_ratios;

@@ -19,9 +19,9 @@ pub enum Kind {
     Shape,
     /// The phase of something that repeats.
     Phase,
-    /// One of many values of a profile along the belt.
+    /// One of many values of a profile along the belt, mapped by break-aways.
     Node,
-    /// One of the values that make the curve of an unknown function; FMU variables are set from their sum.
+    /// One of the values that make a profile along the belt or the curve of an unknown function; FMU variables are set from their sum.
     Latent,
     /// Given, never calibrated.
     Constant,

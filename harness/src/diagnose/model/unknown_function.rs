@@ -120,7 +120,7 @@ const PAST_DEFLECTION: Argument = past("low_passed_w", "abs(w)", "m");
 const SLOPE_HALF_WIDTH: usize = 5;
 
 /// All that are tried.
-const ALL: [(Place, Argument); 21] = [
+const ALL: [(Place, Argument); 22] = [
     (FRICTION, DEFLECTION),
     (FRICTION, VELOCITY),
     (FRICTION, SPEED),
@@ -141,6 +141,7 @@ const ALL: [(Place, Argument); 21] = [
     (DAMPING, DEFLECTION),
     (DAMPING, PAST_DEFLECTION),
     (MEASUREMENT, DEFLECTION),
+    (MEASUREMENT, TIME),
     (BELT, TIME),
 ];
 

@@ -8,6 +8,7 @@ use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::library;
 use crate::diagnose::model::parameter::Kind;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::profile_values::named_values;
 use crate::diagnose::result::diagnosis::{
     Diagnosis, Evidence, FoundEffect, FurtherEffect, RunValues, Rung, Standing, Verdict,
 };
@@ -374,22 +375,15 @@ fn found(
         );
     }
     let mut own_parameters: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for parameter in &fitted.hypothesis.per_run[0] {
-        if let Some(name) = parameter.name.strip_prefix(&prefix) {
-            let values = fitted
-                .hypothesis
-                .per_run
-                .iter()
-                .enumerate()
-                .map(|(run, parameters)| {
-                    let point = steps[search].point(problem, run);
-                    parameters
-                        .iter()
-                        .position(|k| k.name == parameter.name)
-                        .map_or(f64::NAN, |j| parameters[j].value(point.per_run[run][j]))
-                })
-                .collect();
-            own_parameters.insert(name.to_owned(), values);
+    let runs = fitted.hypothesis.per_run.len();
+    for (run, parameters) in fitted.hypothesis.per_run.iter().enumerate() {
+        let own = &steps[search].point(problem, run).per_run[run];
+        for (name, value) in named_values(&problem.catalogue, parameters, own) {
+            if let Some(name) = name.strip_prefix(&prefix) {
+                // Where break-aways map them, a run with few has fewer values along the belt.
+                let of_runs = own_parameters.entry(name.to_owned());
+                of_runs.or_insert_with(|| vec![f64::NAN; runs])[run] = value;
+            }
         }
     }
     let mut confounded_with: Vec<String> = rivals(selection)
@@ -616,11 +610,13 @@ fn run_values(problem: &Problem, step: &Step) -> Vec<RunValues> {
                 belt_velocity_m_per_s: problem.stated_belt_velocity(r),
                 normal_force_n: run.normal_force,
                 held_out: problem.held_out[r],
-                per_run: step.fitted.hypothesis.per_run[r]
-                    .iter()
-                    .zip(&point.per_run[r])
-                    .map(|(k, u)| (k.name.clone(), k.value(*u)))
-                    .collect(),
+                per_run: named_values(
+                    &problem.catalogue,
+                    &step.fitted.hypothesis.per_run[r],
+                    &point.per_run[r],
+                )
+                .into_iter()
+                .collect(),
             }
         })
         .collect()

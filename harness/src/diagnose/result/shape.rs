@@ -25,14 +25,17 @@ pub fn is_flat(shape: &str) -> bool {
 
 /// The shape of a curve given as argument, value and standard deviation, with the unit of its values, as the end of a sentence that
 /// begins with "the curve".
-pub fn shape(curve: &[[f64; 3]], unit: &str) -> String {
+///
+/// `common` is the standard deviation of what all values are off by together, as the level of a curve where a constant of each run
+/// takes it up; the values' own come to it.
+pub fn shape(curve: &[[f64; 3]], common: f64, unit: &str) -> String {
     let values = |list: &[[f64; 3]]| {
         let of = list.iter().map(|c| c[1]);
         of.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
             (l.min(v), h.max(v))
         })
     };
-    if let Some(constant) = constant(curve, unit) {
+    if let Some(constant) = constant(curve, common, unit) {
         return constant;
     }
     let (low, high) = values(curve);
@@ -88,7 +91,7 @@ fn with_unit(value: f64, unit: &str) -> String {
 }
 
 /// The words for a curve of which no two values are different.
-fn constant(curve: &[[f64; 3]], unit: &str) -> Option<String> {
+fn constant(curve: &[[f64; 3]], common: f64, unit: &str) -> Option<String> {
     let pairs = || curve.iter().enumerate();
     let differ = |a: &[f64; 3], b: &[f64; 3]| (a[1] - b[1]).abs() > DIFFERENT * a[2].hypot(b[2]);
     if pairs().any(|(i, a)| curve[i + 1..].iter().any(|b| differ(a, b))) {
@@ -98,6 +101,7 @@ fn constant(curve: &[[f64; 3]], unit: &str) -> Option<String> {
     let mean = curve.iter().map(|c| c[1]).sum::<f64>() / count;
     // The nodes' errors go together, so that their mean is no better than one of them.
     let std = curve.iter().map(|c| c[2]).sum::<f64>() / count;
+    let std = std.hypot(common);
     Some(format!(
         "{NO_CHANGE}: {} +- {} (95 %)",
         with_unit(mean, unit),
@@ -196,7 +200,7 @@ mod tests {
             let x = from + (to - from) * f64::from(i) / 7.0;
             [x, f(x), std]
         };
-        shape(&(0..8).map(node).collect::<Vec<_>>(), "1")
+        shape(&(0..8).map(node).collect::<Vec<_>>(), 0.0, "1")
     }
 
     #[test]
@@ -209,6 +213,12 @@ mod tests {
             right(&|x| 0.01 * x, 0.1),
             "is flat within its uncertainty: 3.50e-2 +- 1.96e-1 (95 %)"
         );
+        // What all are off by together says nothing of the shape.
+        let level = [[0.0, 0.2, 0.1], [1.0, 0.1, 0.1], [2.0, 0.3, 0.1]];
+        assert_eq!(
+            shape(&level, 1.0, "m"),
+            "is flat within its uncertainty: 2.00e-1 m +- 1.97e0 m (95 %)"
+        );
         // Each step is less than its uncertainty, the whole is not.
         assert!(right(&|x| x, 0.9).starts_with("rises from"));
         // One value stands out of an uncertainty as large as the rest.
@@ -218,8 +228,8 @@ mod tests {
             [2.0, 7.0, 1.0],
             [3.0, 0.0, 1.0],
         ];
-        assert!(shape(&lone, "1").contains("not determined"));
-        assert!(shape(&lone[..0], "1").contains("flat"));
+        assert!(shape(&lone, 0.0, "1").contains("not determined"));
+        assert!(shape(&lone[..0], 0.0, "1").contains("flat"));
     }
 
     #[test]

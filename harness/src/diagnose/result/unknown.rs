@@ -161,6 +161,10 @@ impl Shown {
         estimate: &CurveEstimate,
     ) -> Self {
         let curve = curve(of, estimate);
+        let common = estimate.common_std();
+        let own =
+            |[at, value, std]: [f64; 3]| [at, value, (std * std - common * common).max(0.0).sqrt()];
+        let apart: Vec<[f64; 3]> = curve.iter().copied().map(own).collect();
         let memory_s = memory(problem, candidate).map(|m| m.value);
         let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
         let hysteresis = memory_s.filter(|tau| *tau > 0.0).and_then(|tau| {
@@ -168,7 +172,7 @@ impl Shown {
             hysteresis(problem, of.argument, tau, &curve, units)
         });
         Self {
-            shape: shape(&curve, of.value_unit()),
+            shape: shape(&apart, common, of.value_unit()),
             hysteresis,
             samples: samples(problem, of.argument, memory_s, &curve),
             curve,
@@ -344,7 +348,7 @@ mod tests {
         };
         let of = |curve: [[f64; 3]; 3], effect: Option<&str>| {
             let shown = Shown {
-                shape: shape(&curve, "1"),
+                shape: shape(&curve, 0.0, "1"),
                 ..Shown::default()
             };
             in_words(&Said {

@@ -390,14 +390,15 @@ impl<'a> Screen<'a> {
         Ok(())
     }
 
-    /// A model fitted from where it stands until nothing moves any more.
+    /// A model fitted from where it stands until nothing moves any more, values along the belt as rough as the data tell.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub(crate) fn to_its_end(&self, model: &FittedModel) -> Result<FittedModel, Error> {
         let further = self.further_by(model, last_options())?;
         let is_better = further.is_before(model);
-        Ok(if is_better { further } else { model.clone() })
+        let best = if is_better { further } else { model.clone() };
+        self.with_told_roughness(best)
     }
 
     /// A model fitted further with its effects in another order.

@@ -124,7 +124,7 @@ pub(crate) fn explore<'a>(
         found.pair_on_beginnings()?;
         found.compare_adequate()?;
     }
-    found.spread_nodes()?;
+    found.tell_roughness()?;
     found.refit_halves()?;
     found.other_forms_of_pair()?;
     // Values along the belt imitate much beside another effect too: before such a pair is named, or what explains most where nothing
@@ -184,18 +184,16 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Values along the belt of what is adequate, with the spread that the data tell. What was fitted to all segments has that of the
-    /// leader that it extends.
-    fn spread_nodes(&mut self) -> Result<(), Error> {
-        if self.watch.stop() {
-            return Ok(());
-        }
-        let all = self.singles.iter_mut().chain(&mut self.pairs);
+    /// Values along the belt of adequate pairs, as rough as the data tell. What was fitted to all segments has the roughness of the leader
+    /// that it extends.
+    fn tell_roughness(&mut self) -> Result<(), Error> {
         let is_open = |m: &&mut FittedModel| m.full_refit.is_none() && m.reaches_floor();
-        for model in all.filter(|m| m.is_local()).filter(is_open) {
-            *model = self.screen.with_told_spread(model)?;
+        for model in self.pairs.iter_mut().filter(is_open) {
+            if self.watch.stop() {
+                return Ok(());
+            }
+            *model = self.screen.with_told_roughness(model.clone())?;
         }
-        self.screen.sort(&mut self.singles);
         self.screen.sort(&mut self.pairs);
         Ok(())
     }
@@ -206,7 +204,6 @@ impl Exploration<'_> {
         if self.watch.stop() {
             return Ok(());
         }
-        self.spread_nodes()?;
         self.screen.compare_forms(&mut self.singles)?;
         let smaller = &self.calibrated;
         let jobs: Vec<Vec<Choice>> = self.singles.iter().map(|c| c.choices.clone()).collect();
@@ -242,7 +239,7 @@ impl Exploration<'_> {
             }
         })?;
         for (i, new) in close.into_iter().zip(ended) {
-            if new.is_before(&self.singles[i]) {
+            if !self.singles[i].is_before(&new) {
                 self.singles[i] = new;
             }
         }
@@ -392,17 +389,14 @@ impl Exploration<'_> {
         let within_reach = |model: &FittedModel| {
             let fall = MOST_OVER_EXPECTED * model.fitted.fit.expected_fall + model.lost;
             let is_weighed = model.score().is_finite() && fall.is_finite();
-            // Of values along the belt the spread is not told yet.
+            // Of values along the belt the roughness may not be told yet.
             !is_weighed || model.is_local() || log_posterior(self.problem, model) + fall > close
         };
         let adequate = found
             .iter()
             .filter(|model| model.reaches_floor() && within_reach(model));
         let adequate: Vec<&FittedModel> = adequate.take(FINISHED).collect();
-        let ended = parallel(&adequate, |model| {
-            let model = self.screen.to_its_end(model)?;
-            self.screen.with_told_spread(&model)
-        })?;
+        let ended = parallel(&adequate, |model| self.screen.to_its_end(model))?;
         self.screen.keep_better(found, ended);
         Ok(())
     }

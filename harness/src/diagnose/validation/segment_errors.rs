@@ -246,12 +246,11 @@ fn take_over(
         return;
     };
     for &run in runs {
-        let (smaller, larger) = (&known.per_run[run], &h.per_run[run]);
+        let own = &mut start.per_run[run];
         widen_per_run(
-            smaller,
-            &point.per_run[run],
-            larger,
-            &mut start.per_run[run],
+            (&known.per_run[run], &point.per_run[run]),
+            &h.per_run[run],
+            own,
         );
     }
     for (place, k) in list.iter().enumerate() {

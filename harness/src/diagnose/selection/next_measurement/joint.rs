@@ -3,7 +3,9 @@
 use super::simulated::simulated;
 use crate::diagnose::estimation::fit::{Fit, FittedHypothesis};
 use crate::diagnose::estimation::fit_options::Care;
+use crate::diagnose::estimation::nesting::widen_per_run;
 use crate::diagnose::model::hypothesis::Hypothesis;
+use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::FittedModel;
@@ -81,7 +83,9 @@ fn is_other(rival: &FittedModel, truth: &FittedModel) -> bool {
 struct Judged {
     /// Median error over the noise.
     error: f64,
-    /// Positions of what is the run's own.
+    /// What is the run's own, ...
+    parameters: Vec<Parameter>,
+    /// ... and its positions.
     per_run: Vec<f64>,
 }
 
@@ -109,6 +113,7 @@ fn judged_alone(
         }
         all.push(Judged {
             error,
+            parameters: fitted.hypothesis.per_run[0].clone(),
             per_run: judged.point.per_run[0].clone(),
         });
     }
@@ -131,7 +136,7 @@ fn together(
     let mut scores = Vec::new();
     for (rival, judged) in rivals.iter().zip(per_run) {
         let h = more.hypothesis(&rival.choices)?;
-        let start = joined(&h, screen, &all, rival, &judged.per_run);
+        let start = joined(&h, screen, &all, rival, judged);
         scores.push(all.fitted_from(&rival.choices, start)?.score());
     }
     Ok(scores)
@@ -143,14 +148,17 @@ fn joined(
     measured: &Screen,
     all: &Screen,
     rival: &FittedModel,
-    per_run: &[f64],
+    judged: &Judged,
 ) -> Point {
     let found = &rival.fitted.fit.point;
     let mut start = Point::centre(h, &all.segments);
     start.shared.clone_from(&found.shared);
-    let last = start.per_run.len() - 1;
-    start.per_run[..last].clone_from_slice(&found.per_run);
-    start.per_run[last].copy_from_slice(per_run);
+    let fitted = rival.fitted.hypothesis.per_run.iter().zip(&found.per_run);
+    let judged = (&judged.parameters, &judged.per_run);
+    // Whether break-aways tell the values along the belt may differ between the campaigns.
+    for (run, (few, known)) in fitted.chain([judged]).enumerate() {
+        widen_per_run((few, known), &h.per_run[run], &mut start.per_run[run]);
+    }
     for (k, segment) in all.segments.iter().enumerate() {
         let same = |s: &crate::diagnose::data::segment::Segment| {
             (s.run, s.first) == (segment.run, segment.first)
