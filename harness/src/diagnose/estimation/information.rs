@@ -6,6 +6,7 @@ use crate::diagnose::estimation::scaled_matrix::{
     clamped_inverse, log_determinant, scaled_inverse, scaled_solve,
 };
 use crate::diagnose::estimation::sensitivities::Linear;
+use crate::diagnose::estimation::start_prices::{StartState, prices};
 use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
 
@@ -85,13 +86,13 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
     /// start states ([`Self::state_prices`]).
     ///
     /// ```text
-    /// -1/2 ln det(S H S) - 1/2 sum_segments ln det(I + T H_xx T)
+    /// -1/2 ln det(S H S) - sum_segments (price of the start state)
     /// ```
     ///
-    /// with H the information matrix of the parameters with the priors, S the priors' standard deviations, H_xx the information on
-    /// a segment's start state as it is where the segment is met (a lost segment must not be cheaper for that), and T the same scale
-    /// for every model: [`STATE_SPREAD`] times the sensor's noise for deflections, times the mode's angular frequency for
-    /// velocities, and the prior's for the states of effects. Holds where the posterior is about normal (Laplace);
+    /// with H the information matrix of the parameters with the priors, S the priors' standard deviations, and the price of a start state
+    /// as [`start_prices`](super::start_prices) has it, with the scale [`STATE_SPREAD`] times the sensor's noise for deflections, times the
+    /// mode's angular frequency for velocities, and times their typical size for the states of effects, narrowed there as the data tell.
+    /// Holds where the posterior is about normal (Laplace);
     /// MacKay, Information Theory, Inference, and Learning Algorithms (2003), eq. 28.10. `None` where the matrix is not
     /// positive definite.
     pub fn occam(&self, state_prices: &[f64]) -> Option<f64> {
@@ -119,36 +120,34 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
         Some(-0.5 * log_determinant(&scaled)? - of_states)
     }
 
-    /// The second part of it, `1/2 ln det(I + T H_xx T)` of each segment; `None` where the matrix of one is not positive definite.
+    /// What the start state of each segment costs in it ([`super::start_prices`]); `None` where the matrix of one is not positive definite.
     pub fn state_prices(&self) -> Option<Vec<f64>> {
         let all = self.linear.iter().enumerate();
-        let price = |(k, linear): (usize, &Option<Linear>)| match linear {
-            Some(linear) => Some(0.5 * self.price_of_state(k, linear)?),
-            None => Some(0.0),
-        };
-        all.map(price).collect()
+        let start = |(k, linear): (usize, &Option<Linear>)| Some(self.start(k, linear.as_ref()?));
+        let starts: Vec<Option<StartState>> = all.map(start).collect();
+        prices(&starts, self.fitter.hypothesis.extra_states.len())
     }
 
-    /// `ln det(I + T H_xx T)` of a segment.
-    fn price_of_state(&self, k: usize, linear: &Linear) -> Option<f64> {
+    /// The start state of a segment.
+    fn start(&self, k: usize, linear: &Linear) -> StartState {
         let f = self.fitter;
         let h = f.hypothesis;
         let list = directions(h, self.here.point.stuck[k]);
         let spread = STATE_SPREAD * f.data.noise[f.data.segments[k].run];
+        let modal = h.state_scales.len();
         let scale = list.iter().map(|&i| match h.state_scales.get(i) {
             Some(scale) => scale * spread,
-            None => STATE_SPREAD * h.extra_states[i - h.state_scales.len()].1,
+            None => STATE_SPREAD * h.extra_states[i - modal].1,
         });
-        let scale: Vec<f64> = scale.collect();
-        let mut met = f.likelihood(k).weight(0.0) * linear.states.tr_mul(&linear.states);
-        for (i, precision) in state_precision(f, &list).into_iter().enumerate() {
-            met[(i, i)] += precision;
+        let at = &self.here.point.states[k];
+        let of_effects = list.iter().map(|&i| Some((i.checked_sub(modal)?, at[i])));
+        let squares = linear.states.tr_mul(&linear.states);
+        StartState {
+            met: f.likelihood(k).weight(0.0) * &squares,
+            now: f.weight(k, self.here.sums[k]) * squares,
+            scale: scale.collect(),
+            of_effects: of_effects.collect(),
         }
-        let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-            let flat = i == j && list[i] < h.state_scales.len();
-            f64::from(u8::from(flat)) + met[(i, j)] * scale[i] * scale[j]
-        });
-        log_determinant(&scaled)
     }
 }
 

@@ -22,3 +22,4 @@ pub mod normal_equations;
 pub mod run_parameters;
 pub(crate) mod scaled_matrix;
 pub mod sensitivities;
+mod start_prices;
