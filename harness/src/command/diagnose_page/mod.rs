@@ -8,6 +8,7 @@ mod growth;
 mod ladder;
 mod overlay;
 mod parameters;
+mod profile;
 mod samples;
 mod statistics;
 mod unknown;
@@ -87,6 +88,7 @@ pub fn html(
     let page = evidence::section(page, &material);
     let page = force_map::section(page, &material);
     let page = break_aways::section(page, &material);
+    let page = profile::section(page, &material);
     let page = parameters::section(page, &material);
     let page = page
         .section("Reproduce")

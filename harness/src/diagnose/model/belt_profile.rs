@@ -27,7 +27,7 @@ const NODES: usize = 32;
 const EVENTS_A_NODE: usize = 2;
 
 /// Weights in a correlation length: at half of their frequency the spectrum of a kernel has fallen to 1e-5.
-const WEIGHTS_A_LENGTH: f64 = 3.0;
+pub(super) const WEIGHTS_A_LENGTH: f64 = 3.0;
 /// Nodes in a correlation length at least: a cubic spline through so many follows the process within 1e-3 of its spread.
 const NODES_A_LENGTH: f64 = 5.0;
 /// Correlation lengths within which a weight counts in derivatives: its kernel falls to 0.2 % of its height.
@@ -244,20 +244,16 @@ pub(crate) fn is_profile(effect: &EffectCard) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    use crate::diagnose::model::profile_values::{
-        follow_profile, have_same_places, named_values, values_along,
-    };
-
     const FIRST_NODE: u32 = 100;
-    const COUNT: usize = 81;
+    pub(crate) const COUNT: usize = 81;
     /// Belt travel of a run in m, and of a shorter one.
-    const TRACK: f64 = 0.08;
-    const SHORT_TRACK: f64 = 0.04;
+    pub(crate) const TRACK: f64 = 0.08;
+    pub(crate) const SHORT_TRACK: f64 = 0.04;
 
-    fn card() -> EffectCard {
+    pub(crate) fn card() -> EffectCard {
         let parameter = |name: String, reference: u32, role: Role| EffectParameter {
             name,
             description: String::new(),
@@ -290,7 +286,7 @@ mod tests {
     }
 
     /// Parameters of a run and of one on a shorter track, with a profile of this correlation length in m.
-    fn of_runs(length: f64) -> Vec<Vec<Parameter>> {
+    pub(crate) fn of_runs(length: f64) -> Vec<Vec<Parameter>> {
         let tracks = [TRACK, SHORT_TRACK].map(|high| Track {
             low: 0.0,
             high,
@@ -307,13 +303,8 @@ mod tests {
         per_run
     }
 
-    fn parameters(length: f64) -> Vec<Parameter> {
+    pub(crate) fn parameters(length: f64) -> Vec<Parameter> {
         of_runs(length).swap_remove(0)
-    }
-
-    /// Positions at which nothing is known.
-    fn believed(parameters: &[Parameter]) -> Vec<f64> {
-        parameters.iter().map(|p| p.prior).collect()
     }
 
     #[test]
@@ -337,47 +328,6 @@ mod tests {
                 (found - expected).abs() < 1e-5,
                 "{i} {j}: {found} {expected}"
             );
-        }
-    }
-
-    #[test]
-    fn a_profile_is_followed_by_weights_of_another_correlation_length() {
-        let (long, short) = (parameters(0.016), parameters(0.008));
-        let mut known = believed(&long);
-        for (i, value) in known.iter_mut().enumerate().skip(PLACES.len()) {
-            *value = 0.1 * (1.7 * i as f64).sin();
-        }
-        let profile = values_along(&long, &known);
-        assert_eq!(profile.len(), COUNT);
-        assert!((profile[COUNT - 1].0 - 0.08).abs() < 1e-12);
-        let mut own = believed(&short);
-        follow_profile(&short, &profile, &mut own);
-        for (there, here) in values_along(&short, &own).iter().zip(&profile) {
-            assert!((there.1 - here.1).abs() < 1e-4, "{there:?} {here:?}");
-        }
-        assert!(!have_same_places(&long, &short));
-        assert!(have_same_places(&long, &parameters(0.016)));
-    }
-
-    #[test]
-    fn values_are_named_as_the_fmu_has_them() {
-        let per_run = of_runs(0.016);
-        assert!(per_run[1].len() < per_run[0].len());
-        for (parameters, high) in per_run.iter().zip([TRACK, SHORT_TRACK]) {
-            let mut own = believed(parameters);
-            own[PLACES.len() + 6] = 0.1;
-            let named = named_values(&[card()], parameters, &own);
-            assert_eq!(named.len(), PLACES.len() + COUNT);
-            assert_eq!(named[0], ("profile.length".to_owned(), high));
-            let along = values_along(parameters, &own);
-            for (i, (_, value)) in along.iter().enumerate() {
-                let name = format!("profile.node[{}]", i + 1);
-                assert!(named.contains(&(name, *value)));
-            }
-            // The seventh weight lies within the track, the first six before it.
-            let (peak, _) = along.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-            let expected = (6.0 / WEIGHTS_A_LENGTH - REACH) * 0.016;
-            assert!((peak - expected).abs() <= 0.5 * high / (COUNT - 1) as f64);
         }
     }
 

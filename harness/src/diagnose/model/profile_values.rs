@@ -108,3 +108,58 @@ fn near(profile: &[(f64, f64)], at: f64) -> f64 {
         .min_by(|a, b| distance(a).total_cmp(&distance(b)));
     nearest.map_or(0.0, |p| p.1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::model::belt_profile::WEIGHTS_A_LENGTH;
+    use crate::diagnose::model::belt_profile::tests::{
+        COUNT, SHORT_TRACK, TRACK, card, of_runs, parameters,
+    };
+
+    /// Positions at which nothing is known.
+    fn believed(parameters: &[Parameter]) -> Vec<f64> {
+        parameters.iter().map(|p| p.prior).collect()
+    }
+
+    #[test]
+    fn a_profile_is_followed_by_weights_of_another_correlation_length() {
+        let (long, short) = (parameters(0.016), parameters(0.008));
+        let mut known = believed(&long);
+        for (i, value) in known.iter_mut().enumerate().skip(PLACES.len()) {
+            *value = 0.1 * (1.7 * i as f64).sin();
+        }
+        let profile = values_along(&long, &known);
+        assert_eq!(profile.len(), COUNT);
+        assert!((profile[COUNT - 1].0 - 0.08).abs() < 1e-12);
+        let mut own = believed(&short);
+        follow_profile(&short, &profile, &mut own);
+        for (there, here) in values_along(&short, &own).iter().zip(&profile) {
+            assert!((there.1 - here.1).abs() < 1e-4, "{there:?} {here:?}");
+        }
+        assert!(!have_same_places(&long, &short));
+        assert!(have_same_places(&long, &parameters(0.016)));
+    }
+
+    #[test]
+    fn values_are_named_as_the_fmu_has_them() {
+        let per_run = of_runs(0.016);
+        assert!(per_run[1].len() < per_run[0].len());
+        for (parameters, high) in per_run.iter().zip([TRACK, SHORT_TRACK]) {
+            let mut own = believed(parameters);
+            own[PLACES.len() + 6] = 0.1;
+            let named = named_values(&[card()], parameters, &own);
+            assert_eq!(named.len(), PLACES.len() + COUNT);
+            assert_eq!(named[0], ("profile.length".to_owned(), high));
+            let along = values_along(parameters, &own);
+            for (i, (_, value)) in along.iter().enumerate() {
+                let name = format!("profile.node[{}]", i + 1);
+                assert!(named.contains(&(name, *value)));
+            }
+            // The seventh weight lies within the track, the first six before it.
+            let (peak, _) = along.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+            let expected = (6.0 / WEIGHTS_A_LENGTH - REACH) * 0.016;
+            assert!((peak - expected).abs() <= 0.5 * high / (COUNT - 1) as f64);
+        }
+    }
+}
