@@ -17,6 +17,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, effects_of, name};
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::diagnose::selection::windows::Windows;
+use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -40,9 +41,10 @@ const FIRST: usize = 3;
 const SECOND: usize = 3;
 /// Hypotheses that are fitted further on the shortest windows, ...
 const FURTHER: usize = 8;
-/// ... to their end there, ...
-const ENDED: usize = 4;
-/// ... on windows twice as long, and on whole segments.
+/// ... to their end there: after so few steps effects with states of their own lead (a constant force on a sliding drive is fifth and in
+/// the end first), ...
+const ENDED: usize = 6;
+/// ... on windows twice as long, and on whole segments, with what ties with the last of them.
 const WHOLE: usize = 2;
 
 /// What a search among sets of effects has found.
@@ -127,7 +129,7 @@ pub(crate) fn search(
     })?;
     let longer = Windows::halves(screen);
     let mut best = windows.by_evidence(ended);
-    best.truncate(WHOLE);
+    best.truncate(windows.count_with_ties(&best, WHOLE));
     let mut models = search.round(&best, |model| {
         let on_segments = windows.joined(&model.fitted.fit.point);
         let start = longer.divided(&model.fitted.hypothesis, &on_segments);
@@ -145,6 +147,17 @@ pub(crate) fn search(
 }
 
 impl Windows<'_> {
+    /// How many of models that stand best first are the best so many and what ties with the last of these.
+    fn count_with_ties(&self, best: &[FittedModel], most: usize) -> usize {
+        let evidence = |model: &FittedModel| self.log_evidence(model);
+        let Some(least) = best.get(most - 1).map(evidence) else {
+            return best.len();
+        };
+        best.iter()
+            .take_while(|model| evidence(model) >= least - TIE)
+            .count()
+    }
+
     /// The best of those with the same effects, by their evidence: it counts the windows that are left unmet.
     fn by_evidence(&self, mut all: Vec<FittedModel>) -> Vec<FittedModel> {
         all.sort_by(|a, b| self.log_evidence(b).total_cmp(&self.log_evidence(a)));
