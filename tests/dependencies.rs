@@ -127,6 +127,7 @@ fn look(set: &[&(String, f64)], of: &Description, found: &mut [BTreeSet<String>]
         assert_eq!(slave.set_time(0.0123), OK);
         assert_eq!(slave.set_states(&base), OK);
         assert_eq!(slave.set("external_force", 7.0), OK);
+        assert_eq!(slave.set("clamp_acceleration", 3.0), OK);
         let before = values(&slave, &unknowns);
         let mut note = |known: &str| {
             for ((a, b), found) in values(&slave, &unknowns)
@@ -143,6 +144,7 @@ fn look(set: &[&(String, f64)], of: &Description, found: &mut [BTreeSet<String>]
             ("belt_velocity", 0.137, 0.1),
             ("normal_force", 137.0, 100.0),
             ("external_force", 13.7, 7.0),
+            ("clamp_acceleration", 4.1, 3.0),
         ] {
             assert_eq!(slave.set(name, value), OK);
             note(name);

@@ -67,6 +67,10 @@ fn val_derivatives_of_the_reference_model_are_those_of_its_equations() {
             ("der(q_dot[2])", "external_force", -phi / mass),
             ("friction_force", "external_force", 0.0),
             ("der(energy.external_work)", "external_force", phi * 0.03),
+            // The mean of the mode shapes over the length (Blevins 1979, table 8-1: 2 sigma/k).
+            ("der(q_dot[1])", "clamp_acceleration", -0.782_991_756),
+            ("der(q_dot[2])", "clamp_acceleration", -0.433_935_895),
+            ("friction_force", "clamp_acceleration", 0.0),
             ("der(q[1])", "q_dot[1]", 1.0),
             ("tip_displacement", "q[2]", -phi),
             ("tip_displacement", "belt_velocity", 0.0),
@@ -142,7 +146,15 @@ fn derivatives_through_every_effect_are_the_differences_in_model_exchange() {
         .iter()
         .filter(|name| !name.starts_with("energy."))
         .cloned()
-        .chain(["belt_velocity", "normal_force", "external_force"].map(str::to_owned))
+        .chain(
+            [
+                "belt_velocity",
+                "normal_force",
+                "external_force",
+                "clamp_acceleration",
+            ]
+            .map(str::to_owned),
+        )
         .collect();
     for set in effects() {
         for mode in [-1.0, 0.0, 1.0] {
@@ -209,6 +221,7 @@ fn derivatives_by_inputs_are_the_differences_at_communication_points() {
             ("belt_velocity", 0.1, 0.1),
             ("normal_force", 100.0, 100.0),
             ("external_force", 0.0, 10.0),
+            ("clamp_acceleration", 0.0, 10.0),
         ] {
             let mut derivatives = [0.0; UNKNOWNS.len()];
             let unknowns = UNKNOWNS.map(reference);

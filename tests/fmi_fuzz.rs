@@ -191,7 +191,12 @@ impl Actor {
                 ("GetReal", status, computed(known && self.in_one(&READ)))
             }
             8 => {
-                let name = random.pick(&["belt_velocity", "normal_force", "external_force"]);
+                let name = random.pick(&[
+                    "belt_velocity",
+                    "normal_force",
+                    "external_force",
+                    "clamp_acceleration",
+                ]);
                 let usual = if name == "belt_velocity" { 0.1 } else { 100.0 };
                 let value = random.pick(&[f64::NAN, usual, usual * (0.5 + share), f64::INFINITY]);
                 let ok = value.is_finite() && phase != Terminated;

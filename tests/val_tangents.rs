@@ -20,6 +20,9 @@ fn setting() -> Setting {
         ("belt_velocity", 0.1),
         ("normal_force", 100.0),
         ("external_force", 0.0),
+        ("clamp_acceleration", 0.0),
+        ("mode[1].clamp_share", 1.6),
+        ("mode[2].clamp_share", -0.9),
         ("q[1]", 1.1e-3),
         ("q_dot[1]", 0.02),
         ("q[2]", -3e-5),
@@ -112,7 +115,7 @@ fn check(setting: &Setting, known: &[(&str, f64)], what: &str) {
     }
 }
 
-const REFERENCE: [(&str, f64); 15] = [
+const REFERENCE: [(&str, f64); 16] = [
     ("q[1]", 1e-8),
     ("q_dot[1]", 5e-6),
     ("q[2]", 1e-9),
@@ -128,6 +131,7 @@ const REFERENCE: [(&str, f64); 15] = [
     ("friction.level", 1e-6),
     ("normal_force", 1e-4),
     ("external_force", 1e-4),
+    ("clamp_acceleration", 1e-4),
 ];
 
 #[test]
@@ -379,6 +383,7 @@ fn val_motions_that_inputs_drive_are_differentiated() {
     for (input, step) in [
         ("normal_force", 1e-4),
         ("external_force", 1e-4),
+        ("clamp_acceleration", 1e-4),
         ("belt_velocity", 1e-7),
     ] {
         let course = Course {
@@ -388,7 +393,7 @@ fn val_motions_that_inputs_drive_are_differentiated() {
             rates: &rates,
         };
         let mut plain = setting();
-        if input == "external_force" {
+        if ["external_force", "clamp_acceleration"].contains(&input) {
             plain = moved(&plain, input, 8.0);
         }
         let known: Vec<(&str, f64)> = REFERENCE

@@ -13,7 +13,7 @@
 
 use crate::declared_type::enumeration;
 use crate::variable::{Causality, Initial, Kind, ModeItem, Quantity, Variability, Variable};
-use beam_physics::beam::{Beam, MAX_MODES};
+use beam_physics::beam::{Beam, MAX_MODES, cantilever_clamp_share};
 use beam_physics::effects::CATALOGUE;
 use beam_physics::friction::{Exponential, FrictionLaw, MAX_TABLE};
 use beam_physics::unit::{
@@ -216,6 +216,17 @@ fn inputs(table: &mut Vec<Variable>) {
             "Force on the tip beside friction (shaker, hammer, motor), positive along the belt's motion",
         )
     });
+    table.push(Variable {
+        nominal: Some(1.0),
+        ..input(
+            4,
+            "clamp_acceleration",
+            Quantity::ClampAcceleration,
+            METRE_PER_SECOND2,
+            0.0,
+            "Acceleration of the clamp, along the belt's motion; displacements are relative to the clamp, and the belt moves with it",
+        )
+    });
 }
 
 fn outputs(table: &mut Vec<Variable>) {
@@ -382,7 +393,7 @@ fn energies(table: &mut Vec<Variable>) {
         (
             "external_work",
             Quantity::EnergyExternalWork,
-            "Work of the external force since the start",
+            "Work of the external force and of the clamp's acceleration since the start",
         ),
     ];
     let first = table.len();
@@ -531,6 +542,14 @@ fn modes(table: &mut Vec<Variable>) {
         for (i, state) in states.iter().enumerate() {
             table.push(rate(base + 6 + i as u32, state));
         }
+        table.push(parameter(
+            190 + j as u32,
+            format!("mode[{n}].clamp_share"),
+            Quantity::Mode(j, ModeItem::ClampShare),
+            Kind::Real(ONE),
+            cantilever_clamp_share(j),
+            format!("Part of mode {n} in the tip's motion where the clamp moves, tip_value * g with q'' = ... - g clamp_acceleration; all modes of a cantilever together give 1, and so does a mass on a spring"),
+        ));
     }
 }
 

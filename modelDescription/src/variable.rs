@@ -70,6 +70,8 @@ pub enum ModeItem {
     TipValue,
     /// Mode shape where the sensor looks over that at the tip.
     SensorRatio,
+    /// What the mode has of the tip's motion where the clamp moves.
+    ClampShare,
     /// Modal displacement in m.
     Displacement,
     /// Modal velocity in m/s.
@@ -83,6 +85,8 @@ pub enum Quantity {
     BeltVelocity,
     NormalForce,
     ExternalForce,
+    /// Acceleration of the clamp.
+    ClampAcceleration,
     TipDisplacement,
     TipVelocity,
     TipAcceleration,

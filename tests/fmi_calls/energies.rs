@@ -24,6 +24,7 @@ fn energies_balance_also_across_a_change_of_inputs() {
     assert_eq!(slave.set("belt_velocity", 0.07), OK);
     assert_eq!(slave.set("normal_force", 60.0), OK);
     assert_eq!(slave.set("external_force", 12.0), OK);
+    assert_eq!(slave.set("clamp_acceleration", -4.0), OK);
     advance(&slave, 0.333, 1e-3, 333);
     let after = read();
     let [stored, work, contact, structure, pushed] = std::array::from_fn(|i| after[i] - before[i]);

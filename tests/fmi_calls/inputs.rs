@@ -11,8 +11,10 @@ fn setting_an_input_to_its_value_does_not_disturb_the_run() {
         assert_eq!(busy.set("belt_velocity", 0.1), OK);
         assert_eq!(busy.set("normal_force", 100.0), OK);
         assert_eq!(busy.set("external_force", 0.0), OK);
+        assert_eq!(busy.set("clamp_acceleration", 0.0), OK);
         assert_eq!(busy.set_rate("belt_velocity", 1, 0.0), OK);
         assert_eq!(busy.set_rate("external_force", 1, 0.0), OK);
+        assert_eq!(busy.set_rate("clamp_acceleration", 1, 0.0), OK);
         assert_eq!(results(&busy), results(&plain));
         assert_eq!((plain.step(point, 1e-4), busy.step(point, 1e-4)), (OK, OK));
     }
@@ -40,10 +42,12 @@ fn a_ramp_by_derivatives_does_not_depend_on_the_step() {
             assert_eq!(slave.set("belt_velocity", 0.1 + 0.3 * point), OK);
             assert_eq!(slave.set("normal_force", 100.0 - 400.0 * point), OK);
             assert_eq!(slave.set("external_force", 150.0 * point - 5.0), OK);
+            assert_eq!(slave.set("clamp_acceleration", 2.0 - 60.0 * point), OK);
             if with_rate {
                 assert_eq!(slave.set_rate("belt_velocity", 1, 0.3), OK);
                 assert_eq!(slave.set_rate("normal_force", 1, -400.0), OK);
                 assert_eq!(slave.set_rate("external_force", 1, 150.0), OK);
+                assert_eq!(slave.set_rate("clamp_acceleration", 1, -60.0), OK);
             }
             assert_eq!(slave.step(point, step), OK, "{:?}", slave.messages());
         }

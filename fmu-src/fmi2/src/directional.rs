@@ -153,12 +153,14 @@ impl Content {
         let inputs = hybrid.model().inputs;
         let (mut velocity, mut force) = (inputs.belt_velocity, inputs.normal_force);
         let mut external = inputs.external_force;
+        let mut clamp = inputs.clamp_acceleration;
         for (index, by) in moves {
             let quantity = self.layout.variables()[index].quantity;
             match quantity {
                 Quantity::BeltVelocity => velocity += by,
                 Quantity::NormalForce => force += by,
                 Quantity::ExternalForce => external += by,
+                Quantity::ClampAcceleration => clamp += by,
                 _ => {
                     if let Some(place) = place(self.layout, hybrid.model(), self.modes(), quantity)
                     {
@@ -168,7 +170,7 @@ impl Content {
                 }
             }
         }
-        hybrid.set_inputs([velocity, force, external], false)?;
+        hybrid.set_inputs([velocity, force, external, clamp], false)?;
         let mut view = View::of_hybrid(self, &hybrid);
         self.read(&mut view, unknowns)
     }

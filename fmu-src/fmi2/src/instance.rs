@@ -226,6 +226,7 @@ impl Content {
         let same = now.belt_velocity == wanted.belt_velocity
             && now.normal_force == wanted.normal_force
             && now.external_force == wanted.external_force
+            && now.clamp_acceleration == wanted.clamp_acceleration
             && now.are_steady()
             && wanted.are_steady();
         if !same {

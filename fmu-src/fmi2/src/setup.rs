@@ -16,8 +16,9 @@ use super::physics::simulate::{Start, StartContact};
 use beam_model_description::{Layout, ModeItem, Quantity, UserCard, variables};
 use std::sync::LazyLock;
 
-/// Number of inputs: belt velocity, normal force and external force, in this order wherever they stand in a row.
-pub const INPUTS: usize = 3;
+/// Number of inputs: belt velocity, normal force, external force and acceleration of the clamp, in this order wherever they stand
+/// in a row.
+pub const INPUTS: usize = 4;
 
 /// Where the quantities that a start needs lie in the table, looked up once.
 pub struct Places {
@@ -27,6 +28,8 @@ pub struct Places {
     pub normal_force: usize,
     /// Index of `external_force`.
     pub external_force: usize,
+    /// Index of `clamp_acceleration`.
+    pub clamp_acceleration: usize,
     /// Index of `tolerance`.
     pub tolerance: usize,
     /// Index of `mode_count`.
@@ -69,6 +72,7 @@ pub static PLACES: LazyLock<Places> = LazyLock::new(|| {
         belt_velocity: find(Quantity::BeltVelocity),
         normal_force: find(Quantity::NormalForce),
         external_force: find(Quantity::ExternalForce),
+        clamp_acceleration: find(Quantity::ClampAcceleration),
         tolerance: find(Quantity::Tolerance),
         mode_count: find(Quantity::ModeCount),
         start_contact: find(Quantity::StartContact),
@@ -95,6 +99,7 @@ fn builds_the_model(quantity: Quantity) -> bool {
         Quantity::BeltVelocity
             | Quantity::NormalForce
             | Quantity::ExternalForce
+            | Quantity::ClampAcceleration
             | Quantity::Tolerance
             | Quantity::StartContact
             | Quantity::StartEffects
@@ -128,7 +133,12 @@ impl Places {
 
     /// Indices of the inputs.
     pub fn input_indices(&self) -> [usize; INPUTS] {
-        [self.belt_velocity, self.normal_force, self.external_force]
+        [
+            self.belt_velocity,
+            self.normal_force,
+            self.external_force,
+            self.clamp_acceleration,
+        ]
     }
 
     /// The inputs of `values` with rates per second, from `since` in s on.
@@ -141,6 +151,8 @@ impl Places {
             normal_force_rate: rates[1],
             external_force: values[self.external_force],
             external_force_rate: rates[2],
+            clamp_acceleration: values[self.clamp_acceleration],
+            clamp_acceleration_rate: rates[3],
         }
     }
 
@@ -210,6 +222,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
         mass: ZERO,
         tip_value: ZERO,
     }; MAX_MODES];
+    let mut clamp_shares = [ZERO; MAX_MODES];
     let mut mode_count = 0;
     let mut law = 1;
     let mut eq7 = Exponential::default();
@@ -229,6 +242,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
                 ModeItem::Mass => modes[j].mass = quantity,
                 ModeItem::TipValue => modes[j].tip_value = quantity,
                 ModeItem::SensorRatio => out.sensor_ratios[j] = quantity,
+                ModeItem::ClampShare => clamp_shares[j] = quantity,
                 ModeItem::Displacement | ModeItem::Velocity => {}
             },
             Quantity::FrictionLaw => law = value(quantity) as i32,
@@ -253,7 +267,7 @@ fn parameters(values: &[Real]) -> Result<ModelParameters, PhysicsError> {
             _ => {}
         }
     }
-    out.beam = Beam::new(&modes[..mode_count])?;
+    out.beam = Beam::new(&modes[..mode_count])?.with_clamp_shares(clamp_shares)?;
     out.friction = match law {
         2 => FrictionLaw::StelterAsPrinted(eq7),
         3 => FrictionLaw::Coulomb { mu_s, mu_k },

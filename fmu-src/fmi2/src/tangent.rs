@@ -264,12 +264,7 @@ impl Content {
 
     /// The course of the inputs in the order of [`setup::INPUTS`].
     fn course(&self, course: &Course) -> Result<Vec<Piece>, Fault> {
-        let places = &*PLACES;
-        let inputs = [
-            places.belt_velocity,
-            places.normal_force,
-            places.external_force,
-        ];
+        let inputs = PLACES.input_indices();
         let mut of_inputs = Vec::new();
         for &reference in course.references {
             let index = find(self.layout, reference, Access::Real)?;
@@ -398,6 +393,8 @@ impl Piece {
             normal_force_rate: self.rates[1] * plain.normal_force,
             external_force: at(2) * plain.external_force,
             external_force_rate: self.rates[2] * plain.external_force,
+            clamp_acceleration: at(3) * plain.clamp_acceleration,
+            clamp_acceleration_rate: self.rates[3] * plain.clamp_acceleration,
         }
     }
 }

@@ -347,7 +347,7 @@ impl Content {
         Ok(())
     }
 
-    /// Belt velocity in m/s, normal force in N and external force in N as set.
+    /// Belt velocity in m/s, normal force in N, external force in N and acceleration of the clamp in m/s^2 as set.
     pub fn input_values(&self) -> [f64; INPUTS] {
         PLACES.input_indices().map(|i| self.values[i])
     }

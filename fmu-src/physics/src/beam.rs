@@ -43,6 +43,8 @@ impl ModalOscillator {
 pub struct Beam {
     modes: [ModalOscillator; MAX_MODES],
     count: usize,
+    /// Shares of the modes in what the tip does where the clamp moves; at the start those of a cantilever.
+    clamp_shares: [Real; MAX_MODES],
 }
 
 /// Dimensions of a uniform cantilever.
@@ -120,6 +122,7 @@ impl Beam {
         Ok(Self {
             modes: all,
             count: modes.len(),
+            clamp_shares: std::array::from_fn(cantilever_clamp_share),
         })
     }
 
@@ -209,6 +212,27 @@ impl Beam {
         Self::from_frequencies(&[f1], damping_ratios, line_mass * d.length, count)
     }
 
+    /// The same structure where the modes have other `shares` in what the tip does where the clamp moves: 1 for a mass on a
+    /// spring.
+    ///
+    /// # Errors
+    /// A share that is not finite.
+    pub fn with_clamp_shares(self, shares: [Real; MAX_MODES]) -> Result<Self, PhysicsError> {
+        for (j, share) in shares.iter().enumerate() {
+            let name = format!("mode[{}].clamp_share", j + 1);
+            require(true, &name, *share, "1", "finite")?;
+        }
+        Ok(Self {
+            clamp_shares: shares,
+            ..self
+        })
+    }
+
+    /// Shares of the modes in what the tip does where the clamp moves.
+    pub fn clamp_shares(&self) -> &[Real; MAX_MODES] {
+        &self.clamp_shares
+    }
+
     /// The modes, lowest first.
     pub fn modes(&self) -> &[ModalOscillator] {
         &self.modes[..self.count]
@@ -221,7 +245,7 @@ impl Beam {
     pub fn push(&mut self, mode: ModalOscillator) -> Result<(), PhysicsError> {
         let mut modes = self.modes().to_vec();
         modes.push(mode);
-        *self = Self::new(&modes)?;
+        *self = Self::new(&modes)?.with_clamp_shares(self.clamp_shares)?;
         Ok(())
     }
 
@@ -310,12 +334,23 @@ pub fn mode_integrals() -> &'static ModeIntegrals {
     })
 }
 
-/// Share of a clamp's acceleration that drives each mode: `rho A l integral(phi_j) / m_j`, in the unit of 1/phi.
+/// Share of mode `j` of a cantilever in what the tip does where the clamp moves, `phi_j(1) integral(phi_j)` = 1.566, -0.868,
+/// 0.509, ...: all modes together give 1, since a beam that moves as one body takes its tip along. The norm of the modes is
+/// of no account.
+pub fn cantilever_clamp_share(j: usize) -> Real {
+    real(if j.is_multiple_of(2) { 2.0 } else { -2.0 } * mode_integrals().mean[j])
+}
+
+/// What a clamp's acceleration a does to the modes, `q_j'' = ... - g_j a`, in the unit of 1/phi: `g_j = (integral of phi_j dm)/m_j`
+/// = clamp share / tip value; of a cantilever for a mode that does not move the tip.
 pub fn clamp_participation(beam: &Beam) -> [Real; MAX_MODES] {
     let mut out = [ZERO; MAX_MODES];
     for (j, mode) in beam.modes().iter().enumerate() {
-        // Twice the mode shape is half the coordinate.
-        out[j] = mode_integrals().mean[j] / cantilever_scale(j, mode.tip_value);
+        out[j] = if mode.tip_value == 0.0 {
+            real(mode_integrals().mean[j])
+        } else {
+            beam.clamp_shares[j] / mode.tip_value
+        };
     }
     out
 }

@@ -1,4 +1,4 @@
-//! What drives the system from outside: the belt's velocity, the normal force and a force on the tip.
+//! What drives the system from outside: the belt's velocity, the normal force, a force on the tip and a clamp that shakes.
 
 use crate::error::{PhysicsError, require};
 use crate::real::{Real, ZERO};
@@ -7,6 +7,10 @@ use crate::real::{Real, ZERO};
 ///
 /// The external force F_ext acts on the tip beside friction and is positive along the belt's motion: each mode
 /// gets `phi_j(1) F_ext / m_j` in slip and stick alike, and what stick must hold changes by `-F_ext`.
+///
+/// The acceleration a of the clamp is positive along the belt's motion. Displacements are relative to the clamp and the belt
+/// moves with it, so that each mode gets `-g_j a` with [`crate::beam::clamp_participation`] (Inman 2014, Engineering Vibration,
+/// sect. 2.4).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inputs {
     /// Time in s from which on the inputs hold.
@@ -23,10 +27,14 @@ pub struct Inputs {
     pub external_force: Real,
     /// Its rate in N/s.
     pub external_force_rate: Real,
+    /// Acceleration a of the clamp in m/s^2 at `since`, positive along the belt's motion.
+    pub clamp_acceleration: Real,
+    /// Its rate in m/s^3.
+    pub clamp_acceleration_rate: Real,
 }
 
 impl Inputs {
-    /// Constant belt velocity in m/s and normal force in N, and no external force.
+    /// Constant belt velocity in m/s and normal force in N, no external force, and a clamp at rest.
     pub fn constant(belt_velocity: Real, normal_force: Real) -> Self {
         Self {
             since: ZERO,
@@ -36,6 +44,8 @@ impl Inputs {
             normal_force_rate: ZERO,
             external_force: ZERO,
             external_force_rate: ZERO,
+            clamp_acceleration: ZERO,
+            clamp_acceleration_rate: ZERO,
         }
     }
 
@@ -64,6 +74,12 @@ impl Inputs {
         self.external_force + self.external_force_rate * (t - self.since)
     }
 
+    /// Acceleration a(t) of the clamp in m/s^2.
+    #[inline]
+    pub fn clamp_acceleration_at(&self, t: Real) -> Real {
+        self.clamp_acceleration + self.clamp_acceleration_rate * (t - self.since)
+    }
+
     /// The same functions of time, stated from `t` in s on.
     pub fn from(&self, t: Real) -> Self {
         Self {
@@ -71,6 +87,7 @@ impl Inputs {
             belt_velocity: self.belt_velocity_at(t),
             normal_force: self.normal_force_at(t),
             external_force: self.external_force_at(t),
+            clamp_acceleration: self.clamp_acceleration_at(t),
             ..*self
         }
     }
@@ -81,6 +98,7 @@ impl Inputs {
             self.belt_acceleration,
             self.normal_force_rate,
             self.external_force_rate,
+            self.clamp_acceleration_rate,
         ]
         .iter()
         .all(|rate| *rate == 0.0)
@@ -119,6 +137,20 @@ impl Inputs {
             "external force rate",
             self.external_force_rate,
             "N/s",
+            "finite",
+        )?;
+        require(
+            true,
+            "clamp_acceleration",
+            self.clamp_acceleration,
+            "m/s2",
+            "finite",
+        )?;
+        require(
+            true,
+            "clamp acceleration rate",
+            self.clamp_acceleration_rate,
+            "m/s3",
             "finite",
         )
     }

@@ -16,7 +16,7 @@ pub struct Energy {
     pub stored: Real,
     /// Work of the friction force on the moving belt's side, `integral F v_belt dt`.
     pub belt_work: Real,
-    /// Work of the external force, `integral F_ext w' dt`.
+    /// Work of the external force and of the clamp's acceleration a, `integral (F_ext w' - a sum m_j g_j q_j') dt`.
     pub external_work: Real,
     /// Heat in the contact, `- integral F v_r dt`.
     pub contact_dissipation: Real,
@@ -48,8 +48,7 @@ impl Energy {
             let force = model.evaluate(t, &x, mode, &mut rates).force;
             let motion = model.motion(t, &x, mode);
             self.belt_work += weight * span * force * motion.belt_velocity;
-            self.external_work +=
-                weight * span * model.inputs.external_force_at(t) * motion.velocity;
+            self.external_work += weight * span * model.external_power(t, &x, motion.velocity);
             self.contact_dissipation -= weight * span * force * motion.relative_velocity;
             self.structural_dissipation += weight * span * model.structural_dissipation(&x);
         }

@@ -41,7 +41,7 @@ pub struct Rates {
     pub state: State,
     /// Of the distance that the belt has run, in m/s.
     pub belt_distance: f64,
-    /// Of belt work, heat in the contact, heat in the structure and work of the external force, in W.
+    /// Of belt work, heat in the contact, heat in the structure and external work, in W.
     pub energy: [f64; 4],
 }
 
@@ -58,7 +58,7 @@ pub struct Hybrid {
     time: f64,
     state: State,
     mode: ContactMode,
-    /// Belt work, heat in the contact, heat in the structure and work of the external force since the start, in J.
+    /// Belt work, heat in the contact, heat in the structure and external work since the start, in J.
     energy: [f64; 4],
     transition_count: u64,
     last_transition: f64,
@@ -99,6 +99,7 @@ impl Hybrid {
         hybrid.belt_acceleration = 0.0;
         hybrid.model.inputs.normal_force_rate = 0.0;
         hybrid.model.inputs.external_force_rate = 0.0;
+        hybrid.model.inputs.clamp_acceleration_rate = 0.0;
         hybrid.follow();
         hybrid
     }
@@ -142,7 +143,7 @@ impl Hybrid {
         self.model.travel_offset
     }
 
-    /// Belt work, heat in the contact, heat in the structure and work of the external force since the start, in J.
+    /// Belt work, heat in the contact, heat in the structure and external work since the start, in J.
     pub fn energy(&self) -> [f64; 4] {
         self.energy
     }
@@ -180,19 +181,26 @@ impl Hybrid {
         self.energy[index] = energy;
     }
 
-    /// Sets belt velocity in m/s, normal force in N and external force in N; at an event they may `jump`.
+    /// Sets belt velocity in m/s, normal force in N, external force in N and acceleration of the clamp in m/s^2; at an event they
+    /// may `jump`.
     ///
     /// # Errors
     /// Inputs outside the range in which the equations hold; nothing is changed then.
     pub fn set_inputs(
         &mut self,
-        [belt_velocity, normal_force, external_force]: [f64; 3],
+        [
+            belt_velocity,
+            normal_force,
+            external_force,
+            clamp_acceleration,
+        ]: [f64; 4],
         jump: bool,
     ) -> Result<(), PhysicsError> {
         let inputs = Inputs {
             belt_velocity,
             normal_force,
             external_force,
+            clamp_acceleration,
             ..self.model.inputs
         };
         inputs.check()?;
@@ -239,7 +247,7 @@ impl Hybrid {
                 force * motion.belt_velocity,
                 -force * motion.relative_velocity,
                 self.model.structural_dissipation(x),
-                self.model.inputs.external_force_at(t) * motion.velocity,
+                self.model.external_power(t, x, motion.velocity),
             ],
         };
         let finite = state.iter().chain(&rates.energy).all(|r| r.is_finite());
@@ -264,6 +272,8 @@ impl Hybrid {
             &mut inputs.normal_force_rate,
             &mut inputs.external_force,
             &mut inputs.external_force_rate,
+            &mut inputs.clamp_acceleration,
+            &mut inputs.clamp_acceleration_rate,
             &mut self.model.travel_offset,
             &mut self.model.stick_since,
             &mut self.time,

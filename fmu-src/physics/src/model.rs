@@ -4,7 +4,7 @@
 mod bare;
 pub mod series;
 
-use crate::beam::{Beam, MAX_MODES};
+use crate::beam::{Beam, MAX_MODES, clamp_participation};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::series::Hooks;
@@ -71,6 +71,8 @@ pub struct Model {
     level: Real,
     static_coefficient: Real,
     sensor_offset: Real,
+    /// What the clamp's acceleration does to each mode, in the unit of 1/phi.
+    clamp_participation: [Real; MAX_MODES],
     /// Mode shapes where the sensor looks; `None` where it looks at the contact.
     sensor_value: Option<[Real; MAX_MODES]>,
     /// Immutable once built, so that copies of a model share them.
@@ -235,6 +237,7 @@ impl Model {
             level,
             static_coefficient: parameters.friction.static_coefficient(),
             sensor_offset: parameters.sensor_offset,
+            clamp_participation: clamp_participation(&beam),
             sensor_value: None,
             has_memory: effects.iter().any(|e| e.effect.replaces_stick()),
             linear_stick: effects.iter().all(|e| e.effect.is_linear_in_stick()),
@@ -281,7 +284,8 @@ impl Model {
     pub fn is_linear_in_stick(&self) -> bool {
         let i = &self.inputs;
         let steady = i.normal_force_rate == 0.0 && i.external_force_rate == 0.0;
-        self.linear_stick && (steady || self.effects.is_empty())
+        let stands = i.clamp_acceleration_rate == 0.0;
+        self.linear_stick && stands && (steady || self.effects.is_empty())
     }
 
     /// Whether the static limit is constant during stick under the present inputs.
@@ -457,7 +461,7 @@ impl Model {
 
     /// Whether the constraint force follows from the state alone during stick under the present inputs.
     pub fn keeps_force_steady(&self) -> bool {
-        self.inputs.external_force_rate == 0.0
+        self.inputs.external_force_rate == 0.0 && self.inputs.clamp_acceleration_rate == 0.0
     }
 
     /// Largest friction force in N that stick can carry.
@@ -473,7 +477,7 @@ impl Model {
         self.static_coefficient * factor * self.effective_normal_force(&m, x)
     }
 
-    /// Modal accelerations without the friction force, the external force included; returns the tip's acceleration under them.
+    /// Modal accelerations without the friction force, external force and clamp included; returns the tip's acceleration under them.
     #[inline]
     fn free_acceleration(
         &self,
@@ -485,10 +489,12 @@ impl Model {
         for e in self.effects.iter() {
             force += e.effect.tip_force(m, self.states(e, x));
         }
+        let clamp = self.inputs.clamp_acceleration_at(m.time);
         for j in 0..self.mode_count {
             acceleration[j] = self.gain[j] * force
                 - self.damping[j] * x[2 * j + 1]
-                - self.stiffness[j] * x[2 * j];
+                - self.stiffness[j] * x[2 * j]
+                - self.clamp_participation[j] * clamp;
         }
         if !self.effects.is_empty() {
             for e in self.effects.iter() {
@@ -586,9 +592,12 @@ impl Model {
     fn base_rates(&self, t: Real, x: &State, mode: ContactMode, rates: &mut State) {
         let (mut velocity, mut free) = (ZERO, ZERO);
         let mut acceleration = [ZERO; MAX_MODES];
+        let clamp = self.inputs.clamp_acceleration_at(t);
         for j in 0..self.mode_count {
             velocity += self.tip_value[j] * x[2 * j + 1];
-            acceleration[j] = -self.damping[j] * x[2 * j + 1] - self.stiffness[j] * x[2 * j];
+            acceleration[j] = -self.damping[j] * x[2 * j + 1]
+                - self.stiffness[j] * x[2 * j]
+                - self.clamp_participation[j] * clamp;
             free += self.tip_value[j] * acceleration[j];
         }
         // In stick the belt alone says how the tip moves: friction takes up whatever pushes besides.
@@ -802,6 +811,17 @@ impl Model {
                 0.5 * m.mass * (x[2 * j + 1].powi(2) + self.stiffness[j] * x[2 * j].powi(2))
             })
             .sum()
+    }
+
+    /// Power in W that comes in beside friction: `F_ext w' - a sum m_j g_j q_j'`, of the external force and of the inertia that the
+    /// clamp's acceleration a stands for.
+    pub fn external_power(&self, t: Real, x: &State, tip_velocity: Real) -> Real {
+        let modes = self.beam.modes().iter().enumerate();
+        let momentum: Real = modes
+            .map(|(j, m)| m.mass * self.clamp_participation[j] * x[2 * j + 1])
+            .sum();
+        self.inputs.external_force_at(t) * tip_velocity
+            - self.inputs.clamp_acceleration_at(t) * momentum
     }
 
     /// Power in W that structural damping takes: `sum (2 D_j w_j + d_j) m_j q_j'^2`.

@@ -16,7 +16,17 @@ pub struct Plain<'a> {
     pub normal: &'a dyn Fn(f64) -> f64,
     /// Force on the tip beside friction in N over time in s.
     pub push: &'a dyn Fn(f64) -> f64,
+    /// Acceleration of the clamp in m/s^2 over time in s.
+    pub clamp: &'a dyn Fn(f64) -> f64,
 }
+
+/// Mean over the length of a cantilever's first mode shapes that are 2, -2, 2 at the tip: `2 sigma_j / k_j` (Blevins 1979,
+/// Formulas for Natural Frequency and Mode Shape, table 8-1).
+const MEAN_SHAPES: [f64; 3] = [
+    2.0 * 0.734_095_514 / 1.875_104_07,
+    2.0 * 1.018_467_319 / 4.694_091_13,
+    2.0 * 0.999_224_497 / 7.854_757_44,
+];
 
 /// Step in s.
 const H: f64 = 1e-6;
@@ -34,7 +44,8 @@ impl Plain<'_> {
 
     fn free(&self, t: f64, j: usize, x: &[f64]) -> f64 {
         let (w, d, m, phi) = self.modes[j];
-        phi * (self.push)(t) / m - 2.0 * d * w * x[2 * j + 1] - w * w * x[2 * j]
+        let inertia = MEAN_SHAPES[j] * (self.clamp)(t);
+        phi * (self.push)(t) / m - inertia - 2.0 * d * w * x[2 * j + 1] - w * w * x[2 * j]
     }
 
     /// Force that keeps the tip at the belt's velocity.

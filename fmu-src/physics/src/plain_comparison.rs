@@ -28,12 +28,7 @@ impl Case {
         }
     }
 
-    fn plain<'a>(
-        &self,
-        belt: &'a dyn Fn(f64) -> f64,
-        normal: &'a dyn Fn(f64) -> f64,
-        push: &'a dyn Fn(f64) -> f64,
-    ) -> Plain<'a> {
+    fn plain<'a>(&self, [belt, normal, push, clamp]: [&'a dyn Fn(f64) -> f64; 4]) -> Plain<'a> {
         let mode = |m: &crate::beam::ModalOscillator| {
             let w = std::f64::consts::TAU * m.frequency;
             (w, m.damping_ratio, m.mass, m.tip_value)
@@ -46,6 +41,7 @@ impl Case {
             belt_rate: self.inputs.belt_acceleration,
             normal,
             push,
+            clamp,
         }
     }
 
@@ -92,14 +88,16 @@ impl Case {
         let normal = |t: f64| i.normal_force + i.normal_force_rate * t;
         let push = |t: f64| i.external_force + i.external_force_rate * t;
         let first = change.map_or(end, |c| c.0);
-        let plain = self.plain(&belt, &normal, &push);
+        let clamp = |t: f64| i.clamp_acceleration + i.clamp_acceleration_rate * t;
+        let plain = self.plain([&belt, &normal, &push, &clamp]);
         let (mut expected, mode) = plain.run(0.0, &mut x, 0.0, first);
         run.advance_to(first).unwrap();
         if let Some((t, inputs)) = change {
             let belt = |_: f64| inputs.belt_velocity;
             let normal = |_: f64| inputs.normal_force;
             let push = |_: f64| inputs.external_force;
-            let plain = self.plain(&belt, &normal, &push);
+            let clamp = |_: f64| inputs.clamp_acceleration;
+            let plain = self.plain([&belt, &normal, &push, &clamp]);
             // A stick whose belt or load has changed goes on only if it still can.
             let moved = inputs.belt_velocity - i.belt_velocity;
             let next = match (mode, moved) {
@@ -189,6 +187,37 @@ fn val_the_plain_twin_agrees_under_an_external_force() {
         for force in [-90.0, -10.0, 30.0, 140.0] {
             let inputs = Inputs {
                 external_force: force,
+                ..case.inputs
+            };
+            assert_eq!(case.compare(0.06, Some((t, inputs))), mode);
+        }
+    }
+}
+
+#[test]
+fn val_the_plain_twin_agrees_on_a_clamp_that_accelerates() {
+    // Source: src/plain.rs, an independent statement of the equations.
+    for modes in [1, 2, 3] {
+        let mut case = Case::new(modes, 80.0, 0.07);
+        case.inputs.clamp_acceleration = 25.0;
+        case.compare(0.1, None);
+        case.inputs.clamp_acceleration_rate = -900.0;
+        case.compare(0.1, None);
+        case.inputs.external_force = 12.0;
+        case.inputs.normal_force_rate = -200.0;
+        case.compare(0.1, None);
+    }
+    // Shaken off a belt that stands still.
+    let mut case = Case::new(2, 60.0, 0.0);
+    case.bend = 0.0;
+    case.inputs.clamp_acceleration_rate = 20_000.0;
+    case.compare(0.08, None);
+    // A clamp that jerks during stick and during slip.
+    let case = Case::new(2, 100.0, 0.1);
+    for (t, mode) in [(0.004, 0.0), (0.012, -1.0)] {
+        for clamp_acceleration in [-250.0, -20.0, 60.0, 400.0] {
+            let inputs = Inputs {
+                clamp_acceleration,
                 ..case.inputs
             };
             assert_eq!(case.compare(0.06, Some((t, inputs))), mode);

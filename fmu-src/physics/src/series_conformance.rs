@@ -21,6 +21,8 @@ fn inputs() -> Inputs {
         normal_force_rate: -250.0,
         external_force: 9.0,
         external_force_rate: -170.0,
+        clamp_acceleration: -3.0,
+        clamp_acceleration_rate: 410.0,
     }
 }
 

@@ -75,6 +75,12 @@ fn val_energy_is_balanced() {
                 ..ramp
             };
             balance(&parameters, pushed);
+            let shaken = Inputs {
+                clamp_acceleration: 4.0,
+                clamp_acceleration_rate: -50.0,
+                ..pushed
+            };
+            balance(&parameters, shaken);
         }
     }
 }

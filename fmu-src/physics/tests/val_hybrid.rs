@@ -169,16 +169,16 @@ fn stick_leads_a_small_relative_velocity_back_and_a_jump_of_the_belt_ends_it() {
         &[],
         &ModelParameters::default(),
     );
-    h.set_inputs([0.1 + 1e-6, 100.0, 0.0], false).unwrap();
+    h.set_inputs([0.1 + 1e-6, 100.0, 0.0, 0.0], false).unwrap();
     for _ in 0..500 {
         h = step(&h, H);
     }
     assert_eq!(h.mode(), ContactMode::Stuck);
     let v_r = h.model().relative_velocity(h.time(), h.state());
     assert!(v_r.abs() < 1e-12, "{v_r}");
-    h.set_inputs([0.2, 100.0, 0.0], true).unwrap();
+    h.set_inputs([0.2, 100.0, 0.0, 0.0], true).unwrap();
     h.update();
     assert_eq!(h.mode(), ContactMode::Backward);
     assert_eq!(h.transition_count(), 1);
-    assert!(h.set_inputs([0.2, -1.0, 0.0], true).is_err());
+    assert!(h.set_inputs([0.2, -1.0, 0.0, 0.0], true).is_err());
 }

@@ -140,6 +140,7 @@ fn plainly<R>(use_it: impl FnOnce(&Plain<'_>) -> R) -> R {
         belt_rate: 0.0,
         normal: &|_| 100.0,
         push: &|_| 0.0,
+        clamp: &|_| 0.0,
     })
 }
 

@@ -79,13 +79,15 @@ impl Given<'_> {
     }
 }
 
-/// A run: name, times in s, what was measured in its SI unit, belt velocity in m/s, normal force and external force in N.
+/// A run: name, times in s, what was measured in its SI unit, belt velocity in m/s, normal force and external force in N,
+/// acceleration of the clamp in m/s^2.
 type Run<'py> = (
     String,
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
     Given<'py>,
     Given<'py>,
+    Option<Given<'py>>,
     Option<Given<'py>>,
 );
 
@@ -112,10 +114,12 @@ pub fn write_campaign(
     })?;
     let names = run_names(runs.iter().map(|run| run.0.clone()));
     let mut imported = Vec::new();
-    for (name, time, measured, belt, load, force) in &runs {
+    for (name, time, measured, belt, load, force, clamp) in &runs {
         let lists = (time.as_slice()?.to_vec(), measured.as_slice()?.to_vec());
-        let force = force.as_ref().map(Given::input).transpose()?;
-        let run = Imported::of_samples(name, measurand, lists, belt.input()?, load.input()?, force);
+        let excitation = |given: &Option<Given<'_>>| given.as_ref().map(Given::input).transpose();
+        let excitations = [excitation(force)?, excitation(clamp)?];
+        let (belt, load) = (belt.input()?, load.input()?);
+        let run = Imported::of_samples(name, measurand, lists, belt, load, excitations);
         imported.push(run.map_err(|error| raised(py, &error))?);
     }
     let entry = |(name, run)| Entry {

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 _Progress = Callable[[str, float], object] | None
 _Floats = NDArray[np.float64]
-_Run = tuple[str, _Floats, _Floats, float | _Floats, float | _Floats, float | _Floats | None]
+_Given = float | _Floats
+_Run = tuple[str, _Floats, _Floats, _Given, _Given, _Given | None, _Given | None]
 
 def perform(
     words: list[str],

@@ -108,6 +108,7 @@ class Campaign:
         belt_velocity: ArrayLike | Sequence[ArrayLike],
         normal_force: ArrayLike | Sequence[ArrayLike],
         external_force: ArrayLike | Sequence[ArrayLike] | None = None,
+        clamp_acceleration: ArrayLike | Sequence[ArrayLike] | None = None,
         quantity: Quantity = "displacement",
         names: Sequence[str] | None = None,
         name: str | None = None,
@@ -115,7 +116,7 @@ class Campaign:
         folder: Path | None = None,
     ) -> Campaign:
         """Of samples in memory: `time` in s, `displacement` in m, belt velocity in m/s, forces in
-        N, each a value or one for each sample. With another `quantity` the second argument holds
+        N, acceleration of the clamp in m/s^2, each a value or one for each sample. With another `quantity` the second argument holds
         a velocity in m/s or an acceleration in m/s^2. One run of plain arrays; several of lists
         with an entry for each run."""
         several = _is_several(time)
@@ -125,6 +126,7 @@ class Campaign:
         belts = _each("belt_velocity", belt_velocity, count, several)
         loads = _each("normal_force", normal_force, count, several)
         forces = _each("external_force", external_force, count, several)
+        clamps = _each("clamp_acceleration", clamp_acceleration, count, several)
         called = list(names) if names is not None else [f"run{k:02}" for k in range(1, count + 1)]
         for what, entries in ((quantity, moved), ("names", called)):
             if len(entries) != count:
@@ -132,8 +134,10 @@ class Campaign:
                     f"{what} has {len(entries)} entries for {count} runs; give one for each"
                 )
         runs = [
-            (str(n), _array(t), _array(w), _input(v), _input(f), None if e is None else _input(e))
-            for n, t, w, v, f, e in zip(called, times, moved, belts, loads, forces)
+            (str(n), _array(t), _array(w), _input(v), _input(f), _excitation(e), _excitation(a))
+            for n, t, w, v, f, e, a in zip(
+                called, times, moved, belts, loads, forces, clamps
+            )
         ]
 
         def write(into: FilePath) -> None:
@@ -153,6 +157,7 @@ class Campaign:
         belt_velocity: float | str,
         normal_force: float | str,
         external_force: float | str | None = None,
+        clamp_acceleration: float | str | None = None,
         run: str | None = None,
         name: str | None = None,
         beam: Beam = None,
@@ -191,6 +196,7 @@ class Campaign:
             "belt": [],
             "load": [],
             "force": [],
+            "clamp": [],
         }
         for part in parts.values():
             lists["time"].append(
@@ -200,12 +206,14 @@ class Campaign:
             lists["belt"].append(of(part, belt_velocity))
             lists["load"].append(of(part, normal_force))
             lists["force"].append(of(part, external_force))
+            lists["clamp"].append(of(part, clamp_acceleration))
         return cls.from_arrays(
             lists["time"],
             lists["measured"],
             belt_velocity=lists["belt"],
             normal_force=lists["load"],
             external_force=lists["force"] if external_force is not None else None,
+            clamp_acceleration=lists["clamp"] if clamp_acceleration is not None else None,
             quantity=quantity,
             names=list(parts),
             name=name,
@@ -221,6 +229,7 @@ class Campaign:
         belt_velocity: Source | Sequence[Source] | None = None,
         normal_force: Source | Sequence[Source] | None = None,
         external_force: Source | Sequence[Source] | None = None,
+        clamp_acceleration: Source | Sequence[Source] | None = None,
         time: str | None = None,
         rate: float | None = None,
         displacement: str | None = None,
@@ -238,8 +247,9 @@ class Campaign:
         """Of loggers' files, one run each: CSV, MATLAB, HDF5, UFF 58, WAV, Parquet, TDMS, told by
         their content; `from_csv` and `from_mat` are other names of this function.
 
-        Belt velocity (m/s), normal force and external force (N) are a value, a channel or
-        `mean:CHANNEL`, one for all files or a list with one for each. `time` and `displacement` are
+        Belt velocity (m/s), normal force and external force (N) and acceleration of the clamp
+        (m/s^2) are a value, a channel or `mean:CHANNEL`, one for all files or a list with one for
+        each. `time` and `displacement` are
         channels [default: found by name and unit], `rate` samples per second for files without
         times; `velocity` or `acceleration` name the channel of what a vibrometer or an
         accelerometer measured in place of a displacement; `unit` and `scale` are those of what was
@@ -261,6 +271,7 @@ class Campaign:
                     belt_velocity=_sources(belt_velocity),
                     normal_force=_sources(normal_force),
                     external_force=_sources(external_force),
+                    clamp_acceleration=_sources(clamp_acceleration),
                     time=time,
                     rate=rate,
                     displacement=displacement,
@@ -396,6 +407,10 @@ def _array(values: Any) -> NDArray[np.float64]:
 
 def _input(value: Any) -> float | NDArray[np.float64]:
     return float(value) if np.ndim(value) == 0 else _array(value)
+
+
+def _excitation(value: Any) -> float | NDArray[np.float64] | None:
+    return None if value is None else _input(value)
 
 
 def _sources(given: Any) -> Any:

@@ -63,10 +63,14 @@ pub fn require_plain(run: &Run, command: &'static str) -> Result<(), Error> {
     let series = run.inputs.series().next();
     let input = match series {
         Some((name, series)) => format!("{name} from column '{}'", series.column),
-        None if run.inputs.constant_external_force != 0.0 => {
-            format!("external_force_n = {}", run.inputs.constant_external_force)
+        None => {
+            let excitations = run.inputs.excitations();
+            let Some((name, unit, excitation)) = excitations.iter().find(|(_, _, e)| e.acts())
+            else {
+                return Ok(());
+            };
+            format!("{name} of {} {unit}", excitation.constant)
         }
-        None => return Ok(()),
     };
     Err(Error::DrivenRun {
         run: run.name.clone(),

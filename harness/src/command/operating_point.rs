@@ -41,6 +41,7 @@ impl OperatingPoint {
             ("damping_rate", &beam.damping_rates_per_s),
             ("mass", &beam.masses_kg),
             ("tip_value", &beam.tip_values),
+            ("clamp_share", &beam.clamp_shares),
             ("sensor_ratio", &beam.sensor.ratios),
         ];
         for (part, values) in lists {

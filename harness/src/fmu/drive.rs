@@ -51,7 +51,7 @@ impl Drive {
                     name: name.to_owned(),
                     kind: "not an input",
                     value: "a series".into(),
-                    rule: "give columns of inputs alone: belt_velocity, normal_force, external_force",
+                    rule: "give columns of inputs alone: belt_velocity, normal_force, external_force, clamp_acceleration",
                 });
             }
             Ok(Input {

@@ -33,6 +33,8 @@ pub(super) struct RunEntry {
     pub normal_force: f64,
     /// Constant force on the tip beside what a column gives, N.
     pub external_force: f64,
+    /// Constant acceleration of the clamp beside what a column gives, m/s^2.
+    pub clamp_acceleration: f64,
     /// What inputs do between their samples, where the file says it.
     pub interpolation: Option<Interpolation>,
     pub channels: Channels,
@@ -95,6 +97,7 @@ struct RawBeam {
     mass_kg: Option<Spanned<f64>>,
     masses_kg: Option<Vec<Spanned<f64>>>,
     tip_values: Option<Vec<Spanned<f64>>>,
+    clamp_shares: Option<Vec<Spanned<f64>>>,
     natural_frequencies_std_hz: Option<Spanned<OneOrEach>>,
     damping_ratios_std: Option<Spanned<OneOrEach>>,
     damping_rates_std_per_s: Option<Spanned<OneOrEach>>,
@@ -122,6 +125,8 @@ struct RawChannels {
     normal_force_scale: Option<Spanned<f64>>,
     external_force_column: Option<String>,
     external_force_scale: Option<Spanned<f64>>,
+    clamp_acceleration_column: Option<String>,
+    clamp_acceleration_scale: Option<Spanned<f64>>,
     input_interpolation: Option<Interpolation>,
 }
 
@@ -137,6 +142,7 @@ struct RawRun {
     belt_velocity_m_per_s: Option<Spanned<f64>>,
     normal_force_n: Option<Spanned<f64>>,
     external_force_n: Option<Spanned<f64>>,
+    clamp_acceleration_m_per_s2: Option<Spanned<f64>>,
     time_column: Option<String>,
     displacement_column: Option<Spanned<String>>,
     velocity_column: Option<Spanned<String>>,
@@ -153,6 +159,8 @@ struct RawRun {
     normal_force_scale: Option<Spanned<f64>>,
     external_force_column: Option<String>,
     external_force_scale: Option<Spanned<f64>>,
+    clamp_acceleration_column: Option<String>,
+    clamp_acceleration_scale: Option<Spanned<f64>>,
     input_interpolation: Option<Interpolation>,
 }
 
@@ -216,6 +224,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         belt_velocity_m_per_s: Some(Spanned::new(0..0, single.belt_velocity)),
         normal_force_n: Some(Spanned::new(0..0, single.normal_force)),
         external_force_n: None,
+        clamp_acceleration_m_per_s2: None,
         time_column: single.time_column.clone(),
         displacement_column: single
             .displacement_column
@@ -235,6 +244,8 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         normal_force_scale: None,
         external_force_column: None,
         external_force_scale: None,
+        clamp_acceleration_column: None,
+        clamp_acceleration_scale: None,
         input_interpolation: None,
     };
     Ok(CampaignFile {
@@ -463,6 +474,7 @@ impl Check<'_> {
             )?,
             masses_kg: self.list("[beam] masses_kg", "kg", POSITIVE, raw.masses_kg)?,
             tip_values: self.list("[beam] tip_values", "1", NOT_ZERO, raw.tip_values)?,
+            clamp_shares: self.list("[beam] clamp_shares", "1", ANY, raw.clamp_shares)?,
             sensor: SensorPlace::default(),
         };
         let modes = beam.natural_frequencies_hz.len();
@@ -479,6 +491,7 @@ impl Check<'_> {
             ("damping_rates_per_s", beam.damping_rates_per_s.len()),
             ("masses_kg", beam.masses_kg.len()),
             ("tip_values", beam.tip_values.len()),
+            ("clamp_shares", beam.clamp_shares.len()),
         ];
         match lists
             .into_iter()
@@ -571,6 +584,13 @@ impl Check<'_> {
             raw.normal_force_n.is_some(),
         );
         let push_column = raw.external_force_column.or(common.external_force_column);
+        let clamp_column = raw
+            .clamp_acceleration_column
+            .or(common.clamp_acceleration_column);
+        let constant = |key: &str, unit, given: Option<Spanned<f64>>| match given {
+            None => Ok(0.0),
+            Some(given) => self.number(key, unit, ANY, given),
+        };
         let scale = |key, rule, own: Option<Spanned<f64>>, common: Option<Spanned<f64>>| match own
             .or(common)
         {
@@ -612,10 +632,12 @@ impl Check<'_> {
                 ("normal_force_column", load_column.is_some()),
                 &place,
             )?,
-            external_force: match raw.external_force_n {
-                None => 0.0,
-                Some(given) => self.number("[[run]] external_force_n", "N", ANY, given)?,
-            },
+            external_force: constant("[[run]] external_force_n", "N", raw.external_force_n)?,
+            clamp_acceleration: constant(
+                "[[run]] clamp_acceleration_m_per_s2",
+                "m/s^2",
+                raw.clamp_acceleration_m_per_s2,
+            )?,
             interpolation: raw.input_interpolation.or(common.input_interpolation),
             channels: Channels {
                 time_column: raw.time_column.or(common.time_column),
@@ -652,6 +674,15 @@ impl Check<'_> {
                             NOT_ZERO,
                             raw.external_force_scale,
                             common.external_force_scale,
+                        )?,
+                    ),
+                    (
+                        clamp_column,
+                        scale(
+                            "clamp_acceleration_scale",
+                            NOT_ZERO,
+                            raw.clamp_acceleration_scale,
+                            common.clamp_acceleration_scale,
                         )?,
                     ),
                 ],

@@ -28,7 +28,7 @@ pub(super) struct Channels {
     /// Samples per second, for a file without a column of times.
     pub sample_rate: Option<f64>,
     /// Column and scale of each of [`INPUTS`]; no column, no input.
-    pub inputs: [(Option<String>, Option<f64>); 3],
+    pub inputs: [(Option<String>, Option<f64>); 4],
 }
 
 /// Time, motion of the tip and what was measured of the inputs.
@@ -40,7 +40,7 @@ pub(super) struct Record {
     /// Its values in the measurand's SI unit.
     pub measured: Vec<f64>,
     /// Name and values of each of [`INPUTS`], SI units.
-    pub inputs: [Option<(String, Vec<f64>)>; 3],
+    pub inputs: [Option<(String, Vec<f64>)>; 4],
     /// Readings of each further sensor in SI units.
     pub further: Vec<Readings>,
     /// How the file was read, where it is not plain comma-separated values in SI units.
@@ -246,8 +246,8 @@ fn of_reading(reading: Reading) -> Wanted {
     }
 }
 
-/// The inputs that a column can give: belt velocity, normal force, external force.
-pub(super) const INPUTS: [Wanted; 3] = [
+/// The inputs that a column can give: belt velocity, normal force, external force, acceleration of the clamp.
+pub(super) const INPUTS: [Wanted; 4] = [
     Wanted {
         quantity: Quantity::Velocity,
         usual: ["belt_velocity_m_per_s", "belt_velocity"],
@@ -271,6 +271,14 @@ pub(super) const INPUTS: [Wanted; 3] = [
         key: "external_force_column",
         scale_key: "external_force_scale",
         unit: "N",
+    },
+    Wanted {
+        quantity: Quantity::Acceleration,
+        usual: ["clamp_acceleration_m_per_s2", "clamp_acceleration"],
+        plain: &[],
+        key: "clamp_acceleration_column",
+        scale_key: "clamp_acceleration_scale",
+        unit: "m/s^2",
     },
 ];
 

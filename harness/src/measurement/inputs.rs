@@ -1,4 +1,5 @@
-//! What drove a run, where it was measured along with the displacement: belt velocity, normal force, a force on the tip.
+//! What drove a run, where it was measured along with the displacement: belt velocity, normal force, a force on the tip,
+//! acceleration of the clamp.
 
 use std::ops::Range;
 
@@ -74,9 +75,31 @@ pub struct InputSignals {
     /// Normal force, N.
     pub normal_force: Option<InputSeries>,
     /// External force on the tip, N, positive along the belt's motion.
-    pub external_force: Option<InputSeries>,
-    /// External force where it is constant, N.
-    pub constant_external_force: f64,
+    pub external_force: Excitation,
+    /// Acceleration of the clamp, m/s^2, positive along the belt's motion.
+    pub clamp_acceleration: Excitation,
+}
+
+/// What excites the structure beside the belt: a series, or a constant; without either there is none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Excitation {
+    /// Where it varies; a constant part is added to its values.
+    pub series: Option<InputSeries>,
+    /// Where it does not, in its SI unit.
+    pub constant: f64,
+}
+
+impl Excitation {
+    /// Whether it does anything.
+    pub fn acts(&self) -> bool {
+        self.series.is_some() || self.constant != 0.0
+    }
+
+    /// The largest value that it has, without sign, in its SI unit.
+    pub fn largest(&self) -> f64 {
+        let values = self.series.iter().flat_map(|s| &s.values);
+        values.fold(self.constant.abs(), |a, v| a.max(v.abs()))
+    }
 }
 
 impl InputSignals {
@@ -85,15 +108,25 @@ impl InputSignals {
         [
             ("belt_velocity", &self.belt_velocity),
             ("normal_force", &self.normal_force),
-            ("external_force", &self.external_force),
+            ("external_force", &self.external_force.series),
+            ("clamp_acceleration", &self.clamp_acceleration.series),
         ]
         .into_iter()
         .filter_map(|(name, series)| Some((name, series.as_ref()?)))
     }
 
-    /// Whether an external force acts.
-    pub fn pushes(&self) -> bool {
-        self.external_force.is_some() || self.constant_external_force != 0.0
+    /// What excites the structure beside the belt, with the FMU's names of the inputs and the unit.
+    pub fn excitations(&self) -> [(&'static str, &'static str, &Excitation); 2] {
+        [
+            ("external_force", "N", &self.external_force),
+            ("clamp_acceleration", "m/s^2", &self.clamp_acceleration),
+        ]
+    }
+
+    /// Whether an excitation has a series: it sets the times at which anything happens.
+    pub fn is_shaken(&self) -> bool {
+        let excitations = self.excitations();
+        excitations.iter().any(|(_, _, e)| e.series.is_some())
     }
 
     /// The first samples of each series, at most so many.
@@ -104,11 +137,15 @@ impl InputSignals {
                 ..s.clone()
             })
         };
+        let of = |excitation: &Excitation| Excitation {
+            series: cut(&excitation.series),
+            constant: excitation.constant,
+        };
         Self {
             belt_velocity: cut(&self.belt_velocity),
             normal_force: cut(&self.normal_force),
-            external_force: cut(&self.external_force),
-            constant_external_force: self.constant_external_force,
+            external_force: of(&self.external_force),
+            clamp_acceleration: of(&self.clamp_acceleration),
         }
     }
 }
@@ -116,7 +153,8 @@ impl InputSignals {
 impl Run {
     /// Whether a constant belt and a constant load are all that drives the run.
     pub fn is_plain(&self) -> bool {
-        self.inputs.series().next().is_none() && self.inputs.constant_external_force == 0.0
+        let excitations = self.inputs.excitations();
+        self.inputs.series().next().is_none() && !excitations.iter().any(|(_, _, e)| e.acts())
     }
 
     /// Whether the motion can keep itself going and forgets its start: a belt that runs evenly, and no other drive. What

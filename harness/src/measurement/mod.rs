@@ -44,7 +44,7 @@ pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
 pub use input_file::read_inputs;
-pub use inputs::{InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
+pub use inputs::{Excitation, InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
 pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
@@ -85,6 +85,9 @@ pub struct BeamKnowledge {
     pub masses_kg: Vec<f64>,
     /// Mode shapes' values at the tip, 1.
     pub tip_values: Vec<f64>,
+    /// Shares of the modes in what the tip does where the clamp moves, 1: 1 for a mass on a spring. Empty means those of a
+    /// cantilever.
+    pub clamp_shares: Vec<f64>,
     /// Where the sensor looks.
     pub sensor: SensorPlace,
 }
@@ -382,7 +385,7 @@ fn load_run(
 fn input_signals(
     file: &Path,
     entry: &campaign_file::RunEntry,
-    columns: [Option<(String, Vec<f64>)>; 3],
+    columns: [Option<(String, Vec<f64>)>; 4],
     sampling: &Sampling,
 ) -> Result<InputSignals, Error> {
     let usual = Interpolation::usual(sampling);
@@ -417,21 +420,31 @@ fn input_signals(
             refinement: REFINEMENT,
         })
     });
-    let [belt_velocity, normal_force, mut external_force] = series;
-    let mut constant_external_force = entry.external_force;
-    if let Some(series) = &mut external_force {
-        // Forces add up: an offset of the amplifier, a weight beside the hammer.
-        series
-            .values
-            .iter_mut()
-            .for_each(|f| *f += constant_external_force);
-        constant_external_force = 0.0;
-    }
-    Ok(InputSignals {
+    let [
         belt_velocity,
         normal_force,
         external_force,
-        constant_external_force,
+        clamp_acceleration,
+    ] = series;
+    // A column and a constant add up: an offset of the amplifier, a weight beside the hammer.
+    let excitation = |series: Option<InputSeries>, constant: f64| match series {
+        Some(mut series) => {
+            series.values.iter_mut().for_each(|v| *v += constant);
+            Excitation {
+                series: Some(series),
+                constant: 0.0,
+            }
+        }
+        None => Excitation {
+            series: None,
+            constant,
+        },
+    };
+    Ok(InputSignals {
+        belt_velocity,
+        normal_force,
+        external_force: excitation(external_force, entry.external_force),
+        clamp_acceleration: excitation(clamp_acceleration, entry.clamp_acceleration),
     })
 }
 

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 pub static CARD: Card = Card {
     id: "base_excitation",
     title: "The clamp shakes",
-    equation: "q_j'' = ... - A cos(2 pi f t + p) g_j,  g_j = integral of phi_j over the length = 0.783, 0.434, 0.254, ...",
+    equation: "q_j'' = ... - A cos(2 pi f t + p) g_j,  g_j = clamp share / phi_j(1) = 0.783, 0.434, 0.254, ... of a cantilever",
     description: "The clamp moves with a harmonic acceleration (machine vibration), and the beam's inertia pulls \
                   each mode back. Displacements are measured relative to the clamp, and the belt moves with it.",
     source: "Inman 2014, Engineering Vibration, sect. 2.4; modal participation of the eigenfunctions of Stelter 1992, eq. (6)",

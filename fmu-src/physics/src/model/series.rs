@@ -173,14 +173,15 @@ impl Model {
         })
     }
 
-    /// Coefficients of the given belt velocity, normal force and external force in units of `unit` in s, powers 0
-    /// and 1.
-    fn given(&self, t: Real, unit: f64) -> [[Real; 2]; 3] {
+    /// Coefficients of the given belt velocity, normal force, external force and clamp acceleration in units of `unit` in s,
+    /// powers 0 and 1.
+    fn given(&self, t: Real, unit: f64) -> [[Real; 2]; 4] {
         let i = &self.inputs;
         [
             [i.belt_velocity_at(t), i.belt_acceleration * unit],
             [i.normal_force_at(t), i.normal_force_rate * unit],
             [i.external_force_at(t), i.external_force_rate * unit],
+            [i.clamp_acceleration_at(t), i.clamp_acceleration_rate * unit],
         ]
     }
 }

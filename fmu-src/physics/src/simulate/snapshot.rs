@@ -143,6 +143,8 @@ impl Simulation {
         codec.number(&mut inputs.normal_force_rate)?;
         codec.number(&mut inputs.external_force)?;
         codec.number(&mut inputs.external_force_rate)?;
+        codec.number(&mut inputs.clamp_acceleration)?;
+        codec.number(&mut inputs.clamp_acceleration_rate)?;
         codec.number(&mut self.model.travel_offset)?;
         codec.number(&mut self.model.stick_since)?;
         codec.number(&mut self.tolerance)?;

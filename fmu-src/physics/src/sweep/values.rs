@@ -20,6 +20,7 @@ pub struct Values {
     belt_velocity: f64,
     normal_force: f64,
     external_force: f64,
+    clamp_acceleration: f64,
     mode_count: f64,
     modes: [ModalOscillator; MAX_MODES],
     law: f64,
@@ -35,6 +36,7 @@ pub struct Values {
     coefficients: [f64; MAX_TABLE],
     sensor_offset: f64,
     sensor_ratios: [f64; MAX_MODES],
+    clamp_shares: [f64; MAX_MODES],
     tolerance: f64,
     contact: f64,
     settle_effects: f64,
@@ -92,6 +94,7 @@ impl Default for Values {
             belt_velocity: 0.1,
             normal_force: 100.0,
             external_force: 0.0,
+            clamp_acceleration: 0.0,
             mode_count: first.len() as f64,
             modes: std::array::from_fn(|j| all.modes()[j]),
             law: 1.0,
@@ -107,6 +110,7 @@ impl Default for Values {
             coefficients: speeds.map(|v| rounded(FrictionLaw::default().coefficient(v), 1e6)),
             sensor_offset: 0.0,
             sensor_ratios: [1.0; MAX_MODES],
+            clamp_shares: *all.clamp_shares(),
             tolerance: DEFAULT_TOLERANCE,
             contact: 0.0,
             settle_effects: 0.0,
@@ -145,6 +149,7 @@ impl Values {
                 ("mode", ".mass") => self.modes.get_mut(i).map(|m| &mut m.mass),
                 ("mode", ".tip_value") => self.modes.get_mut(i).map(|m| &mut m.tip_value),
                 ("mode", ".sensor_ratio") => self.sensor_ratios.get_mut(i),
+                ("mode", ".clamp_share") => self.clamp_shares.get_mut(i),
                 ("q", "") => self.q.get_mut(i),
                 ("q_dot", "") => self.q_dot.get_mut(i),
                 ("friction.table.velocity", "") => self.speeds.get_mut(i),
@@ -158,6 +163,7 @@ impl Values {
             "belt_velocity" => &mut self.belt_velocity,
             "normal_force" => &mut self.normal_force,
             "external_force" => &mut self.external_force,
+            "clamp_acceleration" => &mut self.clamp_acceleration,
             "mode_count" => &mut self.mode_count,
             "friction.law" => &mut self.law,
             "friction.mu_0" => &mut self.eq7.mu_0,
@@ -290,7 +296,7 @@ impl Values {
         }
         let on = self.own.iter().filter(|own| own.is_on());
         let parameters = ModelParameters {
-            beam: Beam::new(&self.modes[..count])?,
+            beam: Beam::new(&self.modes[..count])?.with_clamp_shares(self.clamp_shares)?,
             friction: self.friction_law()?,
             friction_level: self.level,
             sensor_offset: self.sensor_offset,
@@ -300,6 +306,7 @@ impl Values {
         };
         let inputs = Inputs {
             external_force: self.external_force,
+            clamp_acceleration: self.clamp_acceleration,
             ..Inputs::constant(self.belt_velocity, self.normal_force)
         };
         Model::new(&parameters, inputs)

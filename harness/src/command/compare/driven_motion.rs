@@ -27,9 +27,10 @@ pub(super) fn driven_motions(
 ) -> Result<Motions, Error> {
     let drive = Drive::of_run(fmu, run)?;
     let mut point = OperatingPoint::of_beam(fmu, beam, run.belt_velocity, run.normal_force);
-    let push = run.inputs.constant_external_force;
-    if push != 0.0 {
-        point.settings.push(("external_force".to_owned(), push));
+    for (name, _, excitation) in run.inputs.excitations() {
+        if excitation.constant != 0.0 {
+            point.settings.push((name.to_owned(), excitation.constant));
+        }
     }
     let beside = Beside {
         fmu,

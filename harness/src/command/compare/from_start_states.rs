@@ -47,7 +47,15 @@ fn first_sample(piece: &Piece, run: &Run) -> Option<usize> {
 
 /// Parameters of a set that a free motion takes over: all but the inputs, which the campaign gives.
 pub(super) fn settings(set: Option<&RunSet>) -> Vec<(String, f64)> {
-    let is_input = |name: &str| ["belt_velocity", "normal_force", "external_force"].contains(&name);
+    let is_input = |name: &str| {
+        [
+            "belt_velocity",
+            "normal_force",
+            "external_force",
+            "clamp_acceleration",
+        ]
+        .contains(&name)
+    };
     let all = set.map_or(&[][..], |s| &s.parameters);
     let parameters = all.iter().filter(|(name, _)| !is_input(name));
     parameters.cloned().collect()

@@ -69,6 +69,14 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     external_force: Vec<String>,
+    /// Acceleration of the clamp, to which displacements are relative: a channel, or a value in m/s^2
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    clamp_acceleration: Vec<String>,
     /// Unit in place of the file's, as mm: of the displacement (velocity, acceleration), or of CHANNEL; may be repeated
     #[arg(long, value_name = "[CHANNEL=]UNIT")]
     unit: Vec<String>,
@@ -192,6 +200,10 @@ fn csv(run: &Imported) -> String {
         ("belt_velocity_m_per_s", Some(&run.belt_velocity)),
         ("normal_force_n", Some(&run.normal_force)),
         ("external_force_n", run.external_force.as_ref()),
+        (
+            "clamp_acceleration_m_per_s2",
+            run.clamp_acceleration.as_ref(),
+        ),
     ];
     let columns: Vec<(&str, &Vec<f64>)> = inputs
         .into_iter()
@@ -301,14 +313,20 @@ fn wanted(arguments: &Arguments) -> Result<Vec<Wanted>, Error> {
     let belts = each("--belt-velocity", &arguments.belt_velocity)?;
     let loads = each("--normal-force", &arguments.normal_force)?;
     let forces = each("--external-force", &arguments.external_force)?;
-    let inputs = belts.into_iter().zip(loads).zip(forces);
-    Ok(inputs
-        .map(|((belt_velocity, normal_force), external_force)| Wanted {
-            belt_velocity,
-            normal_force,
-            external_force,
-            ..plain.clone()
-        })
+    let clamps = each("--clamp-acceleration", &arguments.clamp_acceleration)?;
+    let driven = belts.into_iter().zip(loads);
+    let excited = forces.into_iter().zip(clamps);
+    Ok(driven
+        .zip(excited)
+        .map(
+            |((belt_velocity, normal_force), (external_force, clamp_acceleration))| Wanted {
+                belt_velocity,
+                normal_force,
+                external_force,
+                clamp_acceleration,
+                ..plain.clone()
+            },
+        )
         .collect())
 }
 

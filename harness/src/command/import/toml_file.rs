@@ -69,6 +69,12 @@ pub fn text(name: &str, beam: Option<&str>, runs: &[Entry]) -> String {
                 "external_force_column",
                 "external_force_n",
             ),
+            (
+                run.clamp_acceleration.as_ref(),
+                "clamp_acceleration_m_per_s2",
+                "clamp_acceleration_column",
+                "clamp_acceleration_m_per_s2",
+            ),
         ] {
             let _ = match input {
                 Some(Input::Constant(value)) => writeln!(text, "{value_key} = {value:?}"),

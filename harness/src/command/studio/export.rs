@@ -13,10 +13,11 @@ use crate::fmu::Fmu;
 use crate::output::{make_folder, write_file};
 
 /// Variables that belong to a run and not to the model.
-const OF_RUNS: [&str; 5] = [
+const OF_RUNS: [&str; 6] = [
     "belt_velocity",
     "normal_force",
     "external_force",
+    "clamp_acceleration",
     "friction.level",
     "sensor.offset",
 ];

@@ -1,7 +1,9 @@
-//! What measured inputs do by themselves: how far the belt has run, and the motion that an external force alone makes of a
-//! structure without friction.
+//! What measured inputs do by themselves: how far the belt has run, and the motion that an external force and the clamp alone
+//! make of a structure without friction.
 
-use crate::measurement::{InputSeries, InputTrack, Interpolation, Measurand, REFINEMENT, Run};
+use crate::measurement::{
+    Excitation, InputSeries, InputSignals, InputTrack, Interpolation, Measurand, REFINEMENT, Run,
+};
 use crate::metric::line;
 use crate::observer::{ForceModel, Structure};
 use nalgebra::{DMatrix, DVector};
@@ -75,26 +77,58 @@ fn track(series: &InputSeries, run: &Run) -> InputTrack {
     InputTrack::of(series, &since, f64::NEG_INFINITY)
 }
 
-/// Modal motion that the external force of a run alone makes, from rest: with friction, the motion is the sum of this one and
-/// that of the friction force alone, since the structure is linear.
+/// Modal motion that the excitations of a run alone make, from rest: with friction, the motion is the sum of this one and that of
+/// the friction force alone, since the structure is linear.
 ///
 /// ```text
-/// q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F_ext / m_j,   q_j(0) = q_j'(0) = 0
+/// q_j'' + 2 D_j w_j q_j' + w_j^2 q_j = phi_j F_ext / m_j - g_j a,   q_j(0) = q_j'(0) = 0
 /// ```
 ///
-/// q_j in m and q_j' in m/s at `count` instants an `interval` in s apart, mode after mode; `None` without such a force. Exact for
-/// a force that is a straight line from knot to knot.
+/// a is the acceleration of the clamp and `g_j phi_j` the mode's clamp share. q_j in m and q_j' in m/s at `count` instants an
+/// `interval` in s apart, mode after mode; `None` without an excitation. Exact for straight lines from knot to knot.
 pub fn driven_motion(
     structure: &Structure,
     run: &Run,
     interval: f64,
     count: usize,
 ) -> Option<[Vec<Vec<f64>>; 2]> {
-    let track = run.inputs.external_force.as_ref().map(|s| track(s, run));
-    let constant = run.inputs.constant_external_force;
-    if track.is_none() && constant == 0.0 {
+    let of = |excitation: &Excitation| forced_motion(structure, run, excitation, (interval, count));
+    let mut shaken = of(&run.inputs.clamp_acceleration);
+    for motion in shaken.iter_mut().flatten() {
+        for (mode, values) in structure.modes().iter().zip(motion) {
+            let phi = mode.tip_value;
+            // A mode that does not move the tip is not seen there either.
+            let force_per_acceleration = if phi == 0.0 {
+                0.0
+            } else {
+                -mode.clamp_share * mode.mass_kg / (phi * phi)
+            };
+            values.iter_mut().for_each(|v| *v *= force_per_acceleration);
+        }
+    }
+    match (of(&run.inputs.external_force), shaken) {
+        (Some(mut pushed), Some(shaken)) => {
+            let both = pushed.iter_mut().flatten().zip(shaken.iter().flatten());
+            for (sum, part) in both {
+                sum.iter_mut().zip(part).for_each(|(a, b)| *a += b);
+            }
+            Some(pushed)
+        }
+        (pushed, shaken) => pushed.or(shaken),
+    }
+}
+
+/// Modal motion from rest under a force at the tip that has the values of an excitation; `None` where it does nothing.
+fn forced_motion(
+    structure: &Structure,
+    run: &Run,
+    excitation: &Excitation,
+    (interval, count): (f64, usize),
+) -> Option<[Vec<Vec<f64>>; 2]> {
+    if !excitation.acts() {
         return None;
     }
+    let track = excitation.series.as_ref().map(|s| track(s, run));
     let modes = structure.modes();
     let model = ForceModel::IntegratedRandomWalk;
     let (force, slope) = (2 * modes.len(), 2 * modes.len() + 1);
@@ -113,7 +147,7 @@ pub fn driven_motion(
             let end = knot.filter(|knot| *knot < next - sliver).unwrap_or(next);
             let (value, rate) = match &track {
                 Some(track) => track.piece(t, end),
-                None => (constant, 0.0),
+                None => (excitation.constant, 0.0),
             };
             z[force] = scale * value;
             z[slope] = slope_scale * rate;
@@ -146,22 +180,36 @@ pub fn differences(values: &[f64], h: f64) -> Vec<f64> {
 /// Share of the noise up to which a motion may differ: its square adds a hundredth to what noise leaves.
 const UNSEEN: f64 = 0.1;
 
-/// Takes as few points for each sample of a band-limited external force as show in no motion over a `horizon` in s: with them, the
-/// force by itself makes the structure move as with all, within a share [`UNSEEN`] of the run's `noise`. Every point ends a step
-/// of the integrator, and a mass follows nothing that is fast.
+/// Takes as few points for each sample of a band-limited excitation as show in no motion over a `horizon` in s: with them, the
+/// excitation by itself makes the structure move as with all, within a share [`UNSEEN`] of the run's `noise`. Every point ends a
+/// step of the integrator, and a mass follows nothing that is fast.
 pub fn coarsen(structure: &Structure, run: &mut Run, horizon: f64, noise: f64) {
+    let which: [fn(&mut InputSignals) -> &mut Excitation; 2] =
+        [|i| &mut i.external_force, |i| &mut i.clamp_acceleration];
+    for excitation in which {
+        coarsen_one(structure, run, excitation, (horizon, noise));
+    }
+}
+
+fn coarsen_one(
+    structure: &Structure,
+    run: &mut Run,
+    excitation: fn(&mut InputSignals) -> &mut Excitation,
+    (horizon, noise): (f64, f64),
+) {
     let is_fine = |s: &InputSeries| s.interpolation == Interpolation::BandLimited;
-    if !run.inputs.external_force.as_ref().is_some_and(is_fine) {
+    let series = &excitation(&mut run.inputs).series;
+    if !series.as_ref().is_some_and(is_fine) {
         return;
     }
     let interval = run.sample_interval();
     let window = ((horizon / interval) as usize).max(2);
     let mut with = |points: usize| -> Vec<f64> {
-        if let Some(series) = &mut run.inputs.external_force {
+        if let Some(series) = &mut excitation(&mut run.inputs).series {
             series.refinement = points;
         }
         let motion = driven_motion(structure, run, interval, run.time.len());
-        let [q, q_dot] = motion.expect("a force acts");
+        let [q, q_dot] = motion.expect("an excitation acts");
         let seen = match run.measurand {
             Measurand::Displacement => q,
             Measurand::Velocity => q_dot,
@@ -207,7 +255,7 @@ fn beside_a_line(samples: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::{InputSignals, Noise, Sampling};
+    use crate::measurement::{Noise, Sampling};
     use crate::observer::Mode;
     use std::f64::consts::PI;
 
@@ -229,7 +277,10 @@ mod tests {
             normal_force: 0.0,
             inputs: InputSignals {
                 belt_velocity: belt.map(|of| series(&of)),
-                external_force: Some(series(&force)),
+                external_force: Excitation {
+                    series: Some(series(&force)),
+                    constant: 0.0,
+                },
                 ..InputSignals::default()
             },
             measurand: Measurand::Displacement,
@@ -254,6 +305,7 @@ mod tests {
             mass_kg,
             tip_value,
             sensor_ratio: 1.0,
+            clamp_share: 1.0,
         };
         Structure::new(modes.iter().map(mode).collect()).unwrap()
     }
@@ -291,13 +343,50 @@ mod tests {
     }
 
     #[test]
+    fn val_a_clamp_that_accelerates_leaves_masses_behind() {
+        // Source: closed forms of x'' = -a of a free mass and x'' + w^2 x = -a of an undamped spring, a = 3 m/s^3 t, x relative to the
+        // clamp; beside a force F on the tip the motions add up.
+        let (mass, w) = (0.5, std::f64::consts::TAU * 10.0);
+        let mut run = pushed(|t| 3.0 * t, None);
+        let force = run.inputs.external_force.clone();
+        run.inputs.clamp_acceleration = std::mem::take(&mut run.inputs.external_force);
+        for (frequency, x) in [
+            (
+                0.0,
+                Box::new(|t: f64| -0.5 * t.powi(3)) as Box<dyn Fn(f64) -> f64>,
+            ),
+            (
+                10.0,
+                Box::new(|t: f64| -3.0 / (w * w) * (t - (w * t).sin() / w)),
+            ),
+        ] {
+            let one = structure(&[(frequency, 0.0, mass, -2.0)]);
+            let [q, _] = driven_motion(&one, &run, 1e-3, 1001).unwrap();
+            let mut both = run.clone();
+            both.inputs.external_force = force.clone();
+            let [of_both, _] = driven_motion(&one, &both, 1e-3, 1001).unwrap();
+            both.inputs.clamp_acceleration = Excitation::default();
+            let [of_force, _] = driven_motion(&one, &both, 1e-3, 1001).unwrap();
+            for k in [0, 17, 500, 1000] {
+                let (found, truth) = (-2.0 * q[0][k], x(1e-3 * k as f64));
+                assert!(
+                    (found - truth).abs() < 1e-9,
+                    "{frequency} Hz, {k}: {found} {truth}"
+                );
+                assert!((of_both[0][k] - q[0][k] - of_force[0][k]).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn a_mass_needs_fewer_points_than_what_swings_fast() {
         let wave = |t: f64| (2.0 * PI * 180.0 * t).sin();
         let points = |modes: &[(f64, f64, f64, f64)], noise: f64| {
             let mut run = pushed(wave, None);
-            run.inputs.external_force.as_mut().unwrap().interpolation = Interpolation::BandLimited;
+            let series = run.inputs.external_force.series.as_mut().unwrap();
+            series.interpolation = Interpolation::BandLimited;
             coarsen(&structure(modes), &mut run, 0.1, noise);
-            run.inputs.external_force.unwrap().refinement
+            run.inputs.external_force.series.unwrap().refinement
         };
         // The force moves 1 kg by 1/(2 pi 180)^2 m = 0.8 um, at resonance with 1 % of damping by 40 um; with n points it has
         // (pi 0.18/n)^2/3 less: with 4 points 0.14 um less than with 8, root mean square, with 2 points 0.7 um.

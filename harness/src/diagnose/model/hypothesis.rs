@@ -134,6 +134,12 @@ impl Hypothesis {
         let (ratios, of_added_modes) = sensor_ratios(fmu, &campaign.beam.sensor, modes.len())?;
         shared.extend(ratios);
         fixed.extend(of_added_modes);
+        if side.is_none() {
+            for (j, share) in campaign.beam.clamp_shares.iter().enumerate() {
+                let name = format!("mode[{}].clamp_share", j + 1);
+                fixed.push((fmu.variable(&name)?.reference, *share));
+            }
+        }
         shared.extend(shared_constants(&campaign.further_sensors, modes.len()));
         let input_scales = [shared.len(), shared.len() + 1];
         for (name, std) in [
@@ -289,16 +295,20 @@ impl Hypothesis {
     ) -> impl Iterator<Item = (u32, f64)> {
         let [belt, force] = self.scales(shared);
         let [belt_size, force_size] = sizes(run);
-        let push = match &run.inputs.external_force {
-            Some(_) => 1.0,
-            None => run.inputs.constant_external_force,
-        };
-        let pushed = references.external_force.filter(|_| push != 0.0);
+        let excitations = run.inputs.excitations().into_iter();
+        let excited = excitations.zip(references.excitations);
+        let excited = excited.filter_map(|((_, _, excitation), reference)| {
+            let size = match &excitation.series {
+                Some(_) => 1.0,
+                None => excitation.constant,
+            };
+            Some((reference.filter(|_| size != 0.0)?, size))
+        });
         let [belt, force] = [belt * belt_size, force * force_size];
         let [of_belt, of_force] = references.inputs;
         let stated = [of_belt.map(|r| (r, belt)), of_force.map(|r| (r, force))];
         let stated = stated.into_iter().flatten();
-        stated.chain(pushed.map(move |reference| (reference, push)))
+        stated.chain(excited)
     }
 
     /// Factors of belt velocity and normal force.
@@ -312,7 +322,8 @@ impl Hypothesis {
         let (reference, scale) = match name {
             "belt_velocity" => (references.inputs[0], belt),
             "normal_force" => (references.inputs[1], force),
-            _ => (references.external_force, 1.0),
+            "external_force" => (references.excitations[0], 1.0),
+            _ => (references.excitations[1], 1.0),
         };
         (reference.expect("a campaign is checked for it"), scale)
     }

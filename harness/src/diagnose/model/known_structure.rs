@@ -56,6 +56,8 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
             },
             tip_value: of(&beam.tip_values, "tip_value")?,
             sensor_ratio: beam.sensor.ratios.get(j).copied().unwrap_or(1.0),
+            // An FMU that does not say it may be a mass on a spring.
+            clamp_share: of(&beam.clamp_shares, "clamp_share").unwrap_or(1.0 / count as f64),
         });
     }
     Structure::new(modes).map_err(|source| Error::Observer {

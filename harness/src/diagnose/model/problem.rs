@@ -75,13 +75,13 @@ fn cards(fmu: &Fmu, ratios: Scales) -> Result<Vec<EffectCard>, Error> {
 }
 
 /// Horizon of a prediction in s: a cycle and a half of the lowest mode, most of the shortest stick-slip cycle, and enough samples
-/// to fit the start state from. Where an external force moves the tip, stick begins and ends as the force has it: the time
+/// to fit the start state from. Where an external force or the clamp moves the tip, stick begins and ends as they have it: the time
 /// between break-aways is then no cycle.
 fn horizon(runs: &[Run], structure: &Structure, smoothings: &[Smoothing]) -> f64 {
     let shortest = runs
         .iter()
         .zip(smoothings)
-        .filter(|(run, _)| run.inputs.external_force.is_none())
+        .filter(|(run, _)| !run.inputs.is_shaken())
         .map(|(_, s)| s.cycle)
         .filter(|c| c.is_finite())
         .fold(f64::INFINITY, f64::min);
@@ -171,8 +171,12 @@ impl<'a> Problem<'a> {
     pub fn holding_out(fmu: &'a Fmu, campaign: &Campaign, rule: HoldOut) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
         let references = References::new(fmu, &structure, campaign)?;
-        if campaign.runs.iter().any(|run| run.inputs.pushes()) {
-            fmu.variable("external_force")?;
+        for run in &campaign.runs {
+            for (name, _, excitation) in run.inputs.excitations() {
+                if excitation.acts() {
+                    fmu.variable(name)?;
+                }
+            }
         }
         let used = UsableRun::all(&campaign.runs);
         let moves: Vec<bool> = used.iter().map(|u| u.moves).collect();

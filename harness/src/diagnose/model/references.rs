@@ -12,8 +12,8 @@ use std::sync::Arc;
 pub struct References {
     /// belt_velocity, normal_force.
     pub inputs: [Option<u32>; 2],
-    /// external_force.
-    pub external_force: Option<u32>,
+    /// external_force, clamp_acceleration: what excites the structure beside the belt.
+    pub excitations: [Option<u32>; 2],
     /// The output that the sensor measures ([`output_of`]).
     pub measured: u32,
     /// Whether the sensor's offset is to be added to that output: the FMU adds it to measured_displacement alone.
@@ -75,7 +75,7 @@ impl References {
         }
         Ok(Self {
             inputs: [if_any("belt_velocity")?, if_any("normal_force")?],
-            external_force: one("external_force").ok(),
+            excitations: [one("external_force").ok(), one("clamp_acceleration").ok()],
             measured: output_of(fmu, measurand)?.reference,
             lacks_offset: measurand != Measurand::Displacement
                 || fmu.variable("sensor.offset").is_err(),

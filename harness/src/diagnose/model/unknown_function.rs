@@ -380,10 +380,8 @@ pub fn unknown_functions(
     let mean_force = runs.iter().map(|r| r.normal_force).sum::<f64>() / runs.len().max(1) as f64;
     // Where nothing rubs, forces are measured by the one that drives; where nothing drives either, by that of the moving mass.
     let push = |r: &crate::measurement::Run| {
-        let series = r.inputs.external_force.iter().flat_map(|s| &s.values);
-        series.fold(r.inputs.constant_external_force.abs(), |a, f| {
-            a.max(f.abs())
-        })
+        let shaken = tip_mass_kg * r.inputs.clamp_acceleration.largest();
+        r.inputs.external_force.largest().max(shaken)
     };
     let inertia = tip_mass_kg * half * (std::f64::consts::TAU * lowest_hz).powi(2);
     let scales = [mean_force, most(&push), inertia];

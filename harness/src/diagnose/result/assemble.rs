@@ -277,6 +277,9 @@ fn known_structure(problem: &Problem) -> Result<BTreeMap<String, f64>, Error> {
             out.insert(format!("mode[{}].{item}", j + 1), value);
         };
         put("tip_value", mode.tip_value);
+        if let Some(&share) = problem.campaign.beam.clamp_shares.get(j) {
+            put("clamp_share", share);
+        }
         if mode.is_free() {
             put("frequency", 0.0);
             put("damping_ratio", 0.0);

@@ -16,10 +16,11 @@ use check::Check;
 use file::Raw;
 
 /// Names under which this program looks for variables, which `[variables]` may lead to others, and whether it sets them.
-const ROLES: [(&str, bool); 11] = [
+const ROLES: [(&str, bool); 12] = [
     ("belt_velocity", true),
     ("normal_force", true),
     ("external_force", true),
+    ("clamp_acceleration", true),
     ("tip_displacement", false),
     ("tip_velocity", false),
     ("tip_acceleration", false),

@@ -36,6 +36,8 @@ pub struct Wanted {
     pub normal_force: Option<Source>,
     /// Force on the tip.
     pub external_force: Option<Source>,
+    /// Acceleration of the clamp.
+    pub clamp_acceleration: Option<Source>,
     /// Units in place of the file's: of what was measured at the tip, or of the channel named.
     pub units: Vec<(Option<String>, String)>,
     /// Factors behind the units: of what was measured at the tip, or of the channel named.
@@ -72,6 +74,8 @@ pub struct Imported {
     pub normal_force: Input,
     /// N, where there is one.
     pub external_force: Option<Input>,
+    /// m/s^2, where there is one.
+    pub clamp_acceleration: Option<Input>,
     /// What was understood, in one line.
     pub understood: String,
 }
@@ -182,6 +186,19 @@ const EXTERNAL_FORCE: Role = Role {
         "shakerforce",
         "hammer",
         "motorforce",
+    ],
+};
+const CLAMP_ACCELERATION: Role = Role {
+    words: "the acceleration of the clamp",
+    quantity: Quantity::Acceleration,
+    unit: "m/s^2",
+    option: "--clamp-acceleration",
+    names: &[
+        "clampaccelerationmpers2",
+        "clampacceleration",
+        "baseacceleration",
+        "aclamp",
+        "abase",
     ],
 };
 
@@ -296,6 +313,13 @@ impl Taking<'_> {
             count,
             &mut told,
         )?;
+        let clamp_acceleration = self.input(
+            &CLAMP_ACCELERATION,
+            &self.wanted.clamp_acceleration,
+            channel,
+            count,
+            &mut told,
+        )?;
         let needed = |input: Option<Input>, role: &Role, how: &str| {
             input.ok_or_else(|| {
                 Trouble::new(
@@ -316,6 +340,7 @@ impl Taking<'_> {
             belt_velocity,
             normal_force,
             external_force,
+            clamp_acceleration,
             understood: String::new(),
         };
         if let Input::Series(values) = &run.normal_force
@@ -352,6 +377,10 @@ impl Taking<'_> {
             (BELT_VELOCITY.words, series(Some(&run.belt_velocity))),
             (NORMAL_FORCE.words, series(Some(&run.normal_force))),
             (EXTERNAL_FORCE.words, series(run.external_force.as_ref())),
+            (
+                CLAMP_ACCELERATION.words,
+                series(run.clamp_acceleration.as_ref()),
+            ),
         ];
         for i in 0..run.time.len() {
             let inside = run.time[i] >= start && run.time[i] <= end || run.time[i].is_nan();
@@ -387,6 +416,7 @@ impl Taking<'_> {
             Some(&mut run.belt_velocity),
             Some(&mut run.normal_force),
             run.external_force.as_mut(),
+            run.clamp_acceleration.as_mut(),
         ];
         for input in inputs.into_iter().flatten() {
             if let Input::Series(values) = input {

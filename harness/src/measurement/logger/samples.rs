@@ -7,7 +7,8 @@ use super::{Imported, Input, Trouble};
 use crate::error::Error;
 
 impl Imported {
-    /// A run of samples in SI units: times in s, what was measured at the tip, belt velocity in m/s, forces in N. `name` is what
+    /// A run of samples in SI units: times in s, what was measured at the tip, belt velocity in m/s, normal force in N, and external
+    /// force in N and acceleration of the clamp in m/s^2 where there is one. `name` is what
     /// messages call it.
     ///
     /// # Errors
@@ -19,7 +20,7 @@ impl Imported {
         (time, measured): (Vec<f64>, Vec<f64>),
         belt_velocity: Input,
         normal_force: Input,
-        external_force: Option<Input>,
+        [external_force, clamp_acceleration]: [Option<Input>; 2],
     ) -> Result<Imported, Error> {
         let refuse = |quantity: &str, problem: String, remedy: &str| {
             let trouble = Trouble::new(problem, remedy);
@@ -31,6 +32,7 @@ impl Imported {
             ("belt_velocity", Some(&belt_velocity)),
             ("normal_force", Some(&normal_force)),
             ("external_force", external_force.as_ref()),
+            ("clamp_acceleration", clamp_acceleration.as_ref()),
         ];
         for (quantity, input) in constants {
             match input {
@@ -81,6 +83,7 @@ impl Imported {
             belt_velocity,
             normal_force,
             external_force,
+            clamp_acceleration,
             understood: "samples in SI units".to_owned(),
         })
     }
@@ -93,7 +96,14 @@ mod tests {
     fn of(time: &[f64], displacement: &[f64], force: f64) -> Result<Imported, Error> {
         let lists = (time.to_vec(), displacement.to_vec());
         let (belt, load) = (Input::Series(vec![0.1; 3]), Input::Constant(force));
-        Imported::of_samples("run 7", Measurand::Displacement, lists, belt, load, None)
+        Imported::of_samples(
+            "run 7",
+            Measurand::Displacement,
+            lists,
+            belt,
+            load,
+            [None, None],
+        )
     }
 
     #[test]

@@ -34,6 +34,9 @@ pub struct Mode {
     pub tip_value: f64,
     /// Value of the mode shape where the sensor looks over that at the tip, `phi_j(s) / phi_j(1)` (1).
     pub sensor_ratio: f64,
+    /// Share of the mode in what the tip does where the clamp moves (1): its modal acceleration is `-share/phi_j(1)` times that of the
+    /// clamp.
+    pub clamp_share: f64,
 }
 
 impl Mode {
@@ -165,6 +168,7 @@ impl Structure {
                     mass_kg: masses_kg[j],
                     tip_value: tip_values[j],
                     sensor_ratio: 1.0,
+                    clamp_share: 1.0 / expected as f64,
                 })
                 .collect(),
         )
@@ -183,6 +187,7 @@ impl Structure {
             mass_kg,
             tip_value: 1.0,
             sensor_ratio: 1.0,
+            clamp_share: 1.0,
         }])
     }
 

@@ -17,6 +17,7 @@ pub(super) struct BaseSeries<'a> {
     belt_velocity: [Real; 2],
     normal_force: [Real; 2],
     external_force: [Real; 2],
+    clamp_acceleration: [Real; 2],
     /// Sliding speed per modal velocity.
     row: [Real; MAX_MODES],
     /// Modal acceleration per coefficient of friction and normal force, in m/(s^2 N).
@@ -37,7 +38,12 @@ impl<'a> BaseSeries<'a> {
         t: Real,
         room: &'a mut Workspace,
     ) -> Self {
-        let [mut belt_velocity, normal_force, external_force] = model.given(t, model.series_unit);
+        let [
+            mut belt_velocity,
+            normal_force,
+            external_force,
+            clamp_acceleration,
+        ] = model.given(t, model.series_unit);
         let sign = mode.sign();
         belt_velocity.iter_mut().for_each(|v| *v *= sign);
         let scale = -sign * model.level;
@@ -46,6 +52,7 @@ impl<'a> BaseSeries<'a> {
             belt_velocity,
             normal_force,
             external_force,
+            clamp_acceleration,
             row: model.tip_value.map(|phi| sign * phi),
             drive: model.gain.map(|gain| gain * scale),
             friction: CoefficientSeries::new(law, model.friction_slope),
@@ -104,7 +111,9 @@ impl SeriesSystem for BaseSeries<'_> {
         }
         if k < 2 {
             for j in 0..m.mode_count {
-                next[2 * j + 1] += step * m.gain[j] * self.external_force[k];
+                let given = m.gain[j] * self.external_force[k]
+                    - m.clamp_participation[j] * self.clamp_acceleration[k];
+                next[2 * j + 1] += step * given;
             }
         }
     }

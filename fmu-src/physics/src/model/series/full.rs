@@ -31,6 +31,8 @@ pub(super) struct FullSeries<'a> {
     distance: [Real; 3],
     /// External force in N, powers 0 and 1.
     external_force: [Real; 2],
+    /// Acceleration of the clamp in m/s^2, powers 0 and 1.
+    clamp_acceleration: [Real; 2],
     /// Given belt velocity as it enters the sliding speed.
     belt_velocity: [Real; 2],
     friction: CoefficientSeries<'a>,
@@ -57,7 +59,12 @@ impl<'a> FullSeries<'a> {
         room.motion.unit = unit;
         let sign = mode.sign();
         room.motion.sign = sign;
-        let [belt_velocity, normal_force, external_force] = model.given(t, unit);
+        let [
+            belt_velocity,
+            normal_force,
+            external_force,
+            clamp_acceleration,
+        ] = model.given(t, unit);
         room.motion.normal_force = normal_force;
         room.motion.given_belt_velocity = belt_velocity;
         room.motion.stuck = mode == ContactMode::Stuck;
@@ -80,6 +87,7 @@ impl<'a> FullSeries<'a> {
                 0.5 * belt_velocity[1] * unit,
             ],
             external_force,
+            clamp_acceleration,
             belt_velocity: belt_velocity.map(|v| sign * v),
             friction: CoefficientSeries::new(law, model.friction_slope),
             first_argument: ZERO,
@@ -175,10 +183,12 @@ impl<'a> FullSeries<'a> {
             let own = model.states(e, x);
             series.add_modal_acceleration(k, m, own, states, registers, modes);
         }
+        let clamp = self.clamp_acceleration.get(k).copied().unwrap_or(ZERO);
         for j in 0..model.mode_count {
             acceleration[j] += model.gain[j] * tip_force
                 - model.damping[j] * x[2 * j + 1]
-                - model.stiffness[j] * x[2 * j];
+                - model.stiffness[j] * x[2 * j]
+                - model.clamp_participation[j] * clamp;
         }
         let capacity = self.next_capacity(k, x);
         let (drive, force) = if self.mode == ContactMode::Stuck {

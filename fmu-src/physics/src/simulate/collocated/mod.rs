@@ -92,6 +92,7 @@ impl Collocated {
         if !has_fused_products()
             || !inputs.are_steady()
             || inputs.external_force != 0.0
+            || inputs.clamp_acceleration != 0.0
             || belt == 0.0
             || tolerance < LEAST_TOLERANCE
             || !model.is_bare()

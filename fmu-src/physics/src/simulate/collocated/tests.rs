@@ -238,6 +238,11 @@ fn models_that_are_not_covered_are_left_to_the_event_loop() {
         ..inputs
     };
     assert!(!covered(law, pushed_more, 1e-10));
+    let shaken = Inputs {
+        clamp_acceleration: 1.0,
+        ..inputs
+    };
+    assert!(!covered(law, shaken, 1e-10));
     let printed = FrictionLaw::StelterAsPrinted(crate::friction::Exponential::default());
     assert!(!covered(printed, inputs, 1e-10));
 }
