@@ -25,7 +25,11 @@ use crate::diagnose::result::error_ladder::{Step, climb};
 use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::run_sets::run_sets;
 use crate::diagnose::selection::discrepancy::{discrepancy, explain_most, of_further};
-use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
+use crate::diagnose::selection::elimination::eliminate;
+use crate::diagnose::selection::fitted_model::is_small;
+use crate::diagnose::selection::select::{
+    Selection, calibrate_threshold, contradiction, gains_by_chance, select,
+};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
@@ -33,7 +37,7 @@ use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line, tell, write_file};
 use crate::provenance::Provenance;
-use crate::watch::Watch;
+use crate::watch::{Silent, Watch};
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
@@ -228,8 +232,16 @@ pub fn diagnose(
                 watch.stage(stages::INCOMPLETE);
                 let noise = discrepancy(problem, selection)?;
                 let of_further = of_further(problem, selection, &noise)?;
-                problem.count_with(noise, &of_further);
+                let sensors = problem.segments.clone();
+                problem.count_with(noise.clone(), &of_further);
                 explain_most(problem, selection, watch)?;
+                if selection.path.last().is_some_and(|m| is_small(&m.fit)) {
+                    problem.segments = sensors;
+                    problem.trust_sensor();
+                    if !eliminate(problem, selection, watch)? {
+                        problem.count_with(noise, &of_further);
+                    }
+                }
             }
             watch.stage(stages::KEPT_OUT);
             let steps = climb(problem, selection)?;
@@ -264,7 +276,6 @@ fn searched<R>(
     let lowest = lowest_frequency(campaign, &structure, &ranges);
     let mass = 1.0 / structure.inverse_tip_mass();
     let unknown = unknown_functions(campaign, lowest, mass, &ranges);
-    let hold_out = search.hold_out;
     let files: Vec<&str> = search
         .library
         .iter()
@@ -275,19 +286,39 @@ fn searched<R>(
     let widened = pack::widened::with_effects(fmu, &files)?;
     // One with formulas for a curve that was found, made when that is known.
     let further = OnceCell::new();
-    watch.stage(stages::REFERENCE);
-    let mut problem = Problem::holding_out(widened.as_ref().unwrap_or(fmu), campaign, hold_out)?;
-    if widened.is_some() {
-        problem.unknown_functions = unknown;
-    }
-    leave_out(&mut problem)?;
     let inputs = Provenance::of_campaign(campaign, Some(fmu))?;
-    let inputs = format!(
-        "{} {} {hold_out:?} {:?}",
-        inputs.version, inputs.inputs_sha256, search.library
-    );
-    problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
-    let mut selection = select(&problem, watch)?;
+    let problem_with = |hold_out: HoldOut| -> Result<Problem, Error> {
+        let fmu = widened.as_ref().unwrap_or(fmu);
+        let mut problem = Problem::holding_out(fmu, campaign, hold_out)?;
+        if widened.is_some() {
+            problem.unknown_functions.clone_from(&unknown);
+        }
+        leave_out(&mut problem)?;
+        let inputs = format!(
+            "{} {} {hold_out:?} {:?}",
+            inputs.version, inputs.inputs_sha256, search.library
+        );
+        problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
+        Ok(problem)
+    };
+    watch.stage(stages::REFERENCE);
+    let first = problem_with(search.hold_out)?;
+    let mut selection = select(&first, watch)?;
+    let may_change = search.hold_out == HoldOut::Middle && !watch.stop();
+    let contradicted = match may_change {
+        true => contradiction(&first, &selection)?,
+        false => None,
+    };
+    let mut problem = first;
+    if contradicted.is_some() {
+        let others = problem_with(HoldOut::Others)?;
+        if others.held_out != problem.held_out {
+            watch.stage(stages::AGAIN);
+            selection = select(&others, &Silent(watch))?;
+            selection.contradicted = contradicted;
+            problem = others;
+        }
+    }
     let formulas = curve_formula::formulas(&problem, &selection);
     let texts: Vec<&str> = formulas.iter().map(|f| f.file.as_str()).collect();
     if !texts.is_empty()

@@ -22,6 +22,8 @@ pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
 pub const INCOMPLETE: Stage = stage("what explains most", 0.96);
 /// The best on all segments and samples.
 pub const ALL_DATA: Stage = stage("the best on all data", 0.94);
+/// The search once more, where runs kept out contradicted what it found: they are fitted, and others kept out.
+pub const AGAIN: Stage = stage("search with other runs kept out", 0.95);
 /// Forecasts of the runs kept out.
 pub const KEPT_OUT: Stage = stage("runs kept out", 0.98);
 /// Conclusions and report.

@@ -18,7 +18,7 @@ use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
 use crate::diagnose::selection::decision::probabilities;
-use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
@@ -135,6 +135,13 @@ pub fn conclude(
     };
     let next_measurement = crate::diagnose::selection::next_measurement::recommend(problem, &tied)?;
     let mut remarks = remarks(problem, fitted, selection, &effects);
+    let kept_out = &steps[last].holdout;
+    if verdict != Verdict::UnknownEffect && !selection.by_hand && !is_small(kept_out) {
+        remarks.push(format!(
+            "What is kept out contradicts this: its error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
+            kept_out.quantile(0.75)
+        ));
+    }
     let identifiability = undetermined(fitted);
     remarks.extend(in_words(&identifiability));
     remarks.extend(stated_speed(problem));

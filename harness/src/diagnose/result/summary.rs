@@ -8,7 +8,7 @@ use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::select::{Beyond, Selection};
+use crate::diagnose::selection::select::{Beyond, Contradiction, Selection};
 use crate::diagnose::selection::ties::others;
 use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
@@ -55,6 +55,17 @@ pub(crate) fn remarks(
                 run.name
             ));
         }
+    }
+    if let Some(Contradiction {
+        answer,
+        runs,
+        over_noise,
+    }) = &selection.contradicted
+    {
+        out.push(format!(
+            "{} were kept out at first and contradicted what the others gave ({answer}): an error of {over_noise:.1} times the noise there. They are fitted here, and other runs kept out.",
+            runs.join(", ")
+        ));
     }
     // The constants of an FMU of another make come from its side file, whatever the force.
     let of_beam = problem.fmu.side_file().is_none();

@@ -13,13 +13,12 @@
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
-use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::diagnose::selection::decision::log_posterior;
-use crate::diagnose::selection::extension::{one_more, price};
+use crate::diagnose::selection::extension::one_further;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::{POLISH, Screen};
 use crate::diagnose::selection::select::{Selection, judge_candidates};
@@ -32,8 +31,6 @@ use crate::watch::Watch;
 const COMPARED: usize = 8;
 /// Unknown functions that are compared with what has a name: the best of each of two places.
 const CURVES: usize = 2;
-/// Effects beside a leader that are fitted, those that promise most: two for each of two processors.
-const FITTED: usize = 4;
 /// Effects of one hypothesis at most.
 const MOST_EFFECTS: usize = 4;
 
@@ -129,7 +126,7 @@ pub fn explain_most(
         }
         watch.step(&name(problem, &leader.choices), led.len(), MOST_EFFECTS);
         led.push(leader.choices.clone());
-        let new = one_further(&screen, leader, watch)?;
+        let new = one_further(&screen, leader, POLISH, watch)?;
         screen.keep_better(&mut models, new);
     }
     // What has no name must have more evidence than all that has one, its constants priced.
@@ -172,27 +169,4 @@ fn most_probable<'a>(problem: &Problem, models: &'a [FittedModel]) -> &'a Fitted
         .iter()
         .max_by(|a, b| log_posterior(problem, a).total_cmp(&log_posterior(problem, b)))
         .expect("the calibrated model is among them")
-}
-
-/// A leader with one effect more, for those that a score test finds worth their price, the most promising ones.
-fn one_further(
-    screen: &Screen,
-    leader: &FittedModel,
-    watch: &dyn Watch,
-) -> Result<Vec<FittedModel>, Error> {
-    let problem = screen.problem;
-    let jobs = one_more(problem, &leader.choices);
-    let price = price(problem, leader.choices.len());
-    let mut promising: Vec<(Vec<Choice>, Promise)> = screen
-        .by_promise(jobs, leader, watch)?
-        .into_iter()
-        .filter_map(|(choices, promise)| Some((choices, promise?)))
-        .filter(|(_, promise)| promise.gain > price)
-        .collect();
-    promising.truncate(FITTED);
-    parallel(&promising, |(choices, promise)| {
-        let choices = promise.choices(choices);
-        let there = screen.fitted_from(&choices, promise.start.clone())?;
-        screen.further(&there, POLISH)
-    })
 }

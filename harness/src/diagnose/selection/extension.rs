@@ -10,6 +10,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::initialisation::multistart::continued;
 use crate::diagnose::initialisation::score_test::{At, Lead, Promise, follow, look};
 use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::periodic::periodic;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
@@ -25,6 +26,8 @@ use crate::watch::Watch;
 
 /// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
 const BATCH: usize = 2;
+/// Effects beside a leader that is not adequate that are fitted, those that promise most: two for each of two processors.
+const FITTED: usize = 4;
 
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {
@@ -134,6 +137,42 @@ pub(crate) fn one_more(problem: &Problem, choices: &[Choice]) -> Vec<Vec<Choice>
     all.filter(|more| choices.iter().all(|c| c.effect != more.effect))
         .map(|more| choices.iter().cloned().chain([more]).collect())
         .collect()
+}
+
+/// A leader with one effect more, for those that a score test finds worth their price, the most promising ones. Of effects with a
+/// frequency of their own the first one alone: to first order they all promise what the residual has of lines, whatever makes these.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn one_further(
+    screen: &Screen,
+    leader: &FittedModel,
+    iterations: usize,
+    watch: &dyn Watch,
+) -> Result<Vec<FittedModel>, Error> {
+    let problem = screen.problem;
+    let jobs = one_more(problem, &leader.choices);
+    let price = price(problem, leader.choices.len());
+    let promising: Vec<(Vec<Choice>, Promise)> = screen
+        .by_promise(jobs, leader, watch)?
+        .into_iter()
+        .filter_map(|(choices, promise)| Some((choices, promise?)))
+        .filter(|(_, promise)| promise.gain > price)
+        .collect();
+    let is_periodic = |choices: &[Choice]| {
+        let new = choices.last().expect("one effect more");
+        periodic(&problem.catalogue[new.effect]).is_some()
+    };
+    let (mut lines, mut promising): (Vec<_>, Vec<_>) =
+        promising.into_iter().partition(|(c, _)| is_periodic(c));
+    promising.truncate(FITTED);
+    lines.truncate(1);
+    promising.extend(lines);
+    parallel(&promising, |(choices, promise)| {
+        let choices = promise.choices(choices);
+        let there = screen.fitted_from(&choices, promise.start.clone())?;
+        screen.further(&there, iterations)
+    })
 }
 
 fn tested(choices: Vec<Choice>, promise: &Promise, price: f64) -> Tested {

@@ -23,7 +23,7 @@ pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {
 }
 
 /// Whether errors are down to the noise, white or not.
-fn is_small(fit: &SegmentErrors) -> bool {
+pub(crate) fn is_small(fit: &SegmentErrors) -> bool {
     fit.quantile(0.5) <= FLOOR_MEDIAN && fit.quantile(0.75) <= FLOOR_QUARTILE
 }
 

@@ -3,6 +3,7 @@
 pub mod bootstrap;
 pub mod decision;
 pub mod discrepancy;
+pub mod elimination;
 pub mod extension;
 pub mod fitted_model;
 pub mod forms;

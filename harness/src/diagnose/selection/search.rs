@@ -17,10 +17,10 @@ use crate::diagnose::model::variants::{all_variants, library, unknown, variants}
 use crate::diagnose::selection::decision::{
     log_posterior, log_posterior_on_all, log_prior, share_starts,
 };
-use crate::diagnose::selection::extension::{Beside, extend};
+use crate::diagnose::selection::extension::{Beside, extend, one_further};
 use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
 use crate::diagnose::selection::race::{Entrant, Race};
-use crate::diagnose::selection::screening::{Promised, Screen, is_near_noise, last_options};
+use crate::diagnose::selection::screening::{Promised, RETRY, Screen, is_near_noise, last_options};
 use crate::diagnose::selection::tested::Tested;
 use crate::diagnose::selection::{full_refit, lengthening, subset_search};
 use crate::diagnose::stages;
@@ -118,6 +118,9 @@ pub(crate) fn explore<'a>(
     let is_open = !watch.stop() && !problem.place_is_told() && !found.is_adequate();
     if is_open && !found.pair_explains()? {
         found.pair_from_halves()?;
+    }
+    if !watch.stop() && !problem.place_is_told() && !found.has_answer() {
+        found.pair_beside_nearest()?;
     }
     if is_open && !found.pair_explains()? {
         watch.stage(stages::PAIRS_FURTHER);
@@ -455,9 +458,36 @@ impl Exploration<'_> {
             let mut effects = c.choices.iter();
             effects.all(|e| !is_library_effect(&self.problem.catalogue[e.effect].id))
         };
-        let all = std::iter::once(&self.calibrated).chain(&self.singles);
-        let mut known = all.chain(&self.pairs).filter(is_of_catalogue);
-        !known.any(FittedModel::is_answer) && !self.problem.place_is_told()
+        !self
+            .all()
+            .filter(is_of_catalogue)
+            .any(FittedModel::is_answer)
+            && !self.problem.place_is_told()
+    }
+
+    /// All that was fitted.
+    fn all(&self) -> impl Iterator<Item = &FittedModel> {
+        let singles = std::iter::once(&self.calibrated).chain(&self.singles);
+        singles.chain(&self.pairs)
+    }
+
+    /// Whether anything explains the data without values of its own along each run.
+    fn has_answer(&self) -> bool {
+        self.all().any(FittedModel::is_answer)
+    }
+
+    /// Pairs of the best single effect near the noise and what a score test beside it promises most of: there first order holds on whole
+    /// segments, where windows leave states of effects free.
+    fn pair_beside_nearest(&mut self) -> Result<(), Error> {
+        let is_near = |s: &&FittedModel| is_near_noise(s) && !s.is_local();
+        let Some(nearest) = self.singles.iter().find(is_near).cloned() else {
+            return Ok(());
+        };
+        let mut found = one_further(self.screen, &nearest, RETRY, self.watch)?;
+        self.screen.sort(&mut found);
+        self.end_adequate(&mut found, &nearest)?;
+        self.screen.keep_better(&mut self.pairs, found);
+        Ok(())
     }
 
     /// Unknown functions as the only thing that the calibrated model lacks: hypotheses like the others.

@@ -12,7 +12,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, variants};
 use crate::diagnose::selection::bootstrap;
 use crate::diagnose::selection::decision::{decide, log_prior};
-use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::search::{Exploration, explore};
 use crate::diagnose::selection::tested::Tested;
@@ -40,6 +40,16 @@ pub struct Beyond {
     pub rival: Option<String>,
     /// How far its posterior is above that rival's, or the calibrated model's, nats.
     pub gain: f64,
+}
+
+/// A first answer that does not hold on the runs kept out of its fit.
+pub struct Contradiction {
+    /// The answer, in words.
+    pub answer: String,
+    /// The runs.
+    pub runs: Vec<String>,
+    /// Its error there over the noise, three segments in four.
+    pub over_noise: f64,
 }
 
 /// All that a selection found.
@@ -74,6 +84,8 @@ pub struct Selection {
     /// Whether the path ends with what explains most while something else is missing too
     /// ([`super::discrepancy`]).
     pub is_incomplete: bool,
+    /// What was found first and did not hold on the runs kept out then, which are fitted now.
+    pub contradicted: Option<Contradiction>,
     /// Whether it was stopped before its end.
     pub stopped: bool,
     /// Whether the effects were named by hand, so that no other was tried.
@@ -105,6 +117,15 @@ impl Selection {
         let (calibrated, singles) = (&self.calibrated, &self.singles);
         let beyond = beyond(problem, self.explained, &self.path, calibrated, singles);
         self.beyond = self.beyond.take().or(beyond);
+    }
+
+    /// Takes a path whose last hypothesis explains the data.
+    pub(crate) fn explained_by(&mut self, problem: &Problem, path: Vec<FittedModel>) {
+        self.beyond = beyond(problem, true, &path, &self.calibrated, &self.singles);
+        self.path = path;
+        self.explained = true;
+        self.is_incomplete = false;
+        self.untried.clear();
     }
 
     /// Takes the gains by chance into account, for each step of the path those of all simulated campaigns.
@@ -234,6 +255,7 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         by_break_aways,
         is_incomplete: false,
         beyond,
+        contradicted: None,
         stopped,
         by_hand: false,
         threshold: -log_prior(problem, 1),
@@ -291,6 +313,38 @@ fn beyond(
         }),
         gain: best.log_posterior - rival.unwrap_or(calibrated).log_posterior,
     })
+}
+
+/// Whether what a selection names, or that nothing is missing, does not hold on the runs kept out: its error there is not down to the noise.
+/// `None` where it holds, where it explains nothing, and where no run was kept out.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn contradiction(
+    problem: &Problem,
+    selection: &Selection,
+) -> Result<Option<Contradiction>, Error> {
+    let out = problem.held_out.iter().zip(&problem.campaign.runs);
+    let runs: Vec<String> = out
+        .filter(|(is_out, _)| **is_out)
+        .map(|(_, run)| run.name.clone())
+        .collect();
+    if !selection.explained || runs.is_empty() {
+        return Ok(None);
+    }
+    let named = selection.path.last().unwrap_or(&selection.calibrated);
+    let judged = segment_errors::held_out(problem, &named.fitted, Care::Thorough)?;
+    if is_small(&judged) {
+        return Ok(None);
+    }
+    Ok(Some(Contradiction {
+        answer: match named.choices.is_empty() {
+            true => "that nothing is missing".to_owned(),
+            false => name(problem, &named.choices),
+        },
+        runs,
+        over_noise: judged.quantile(0.75),
+    }))
 }
 
 /// Simulates `count` campaigns without the effect for each step of a selection's path (for the calibrated model where the
@@ -411,6 +465,7 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         explained,
         beyond: None,
         is_incomplete: false,
+        contradicted: None,
         stopped: path.len() < effects.len(),
         by_hand: true,
         path,

@@ -217,7 +217,14 @@ impl Search<'_, '_> {
         let alone = self.alone(&responses)?;
         let ranked = self.pairs(&responses, &alone)?;
         let at = |(set, explained): &Ranked| responses.start(set, explained);
-        let best = ranked.iter().take(FOLLOWED);
+        // Values along the belt imitate much, with whatever effect beside them: they leave room for others.
+        let mut local = 0;
+        let has_room = |(set, _): &&Ranked| {
+            let is_local = set.iter().any(|&i| responses.all[i].has_many_values());
+            local += usize::from(is_local);
+            !is_local || local <= FOLLOWED_BESIDE
+        };
+        let best = ranked.iter().filter(has_room).take(FOLLOWED);
         let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
         let of_library = possible(self.alone(&library)?, &library);

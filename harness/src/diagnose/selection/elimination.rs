@@ -1,0 +1,91 @@
+//! Backward elimination: which of the effects that explain most together are needed.
+//!
+//! Effects are added one after another, each beside those that led by then ([`super::discrepancy`]). One that stood for others at
+//! first may have nothing left to do, and what explains most may be all that is missing. Where it comes down to the sensor's
+//! noise, each of its effects is left out in turn and the rest fitted again, while that is more probable; what remains
+//! is decided as elsewhere. Source: stepwise regression, Efroymson (1960), in Ralston and Wilf, Mathematical Methods for Digital Computers,
+//! ch. 17, with posterior probabilities in place of F tests.
+
+use crate::diagnose::model::hypothesis::Choice;
+use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::decision::{decide, log_posterior};
+use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::screening::Screen;
+use crate::diagnose::selection::select::{Selection, judge_candidates};
+use crate::error::Error;
+use crate::parallel::parallel;
+use crate::watch::Watch;
+
+/// Whether the last hypothesis of a selection's path, or a part of it, explains the data to the sensor's noise, with which the problem
+/// counts; it is then what the selection found.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn eliminate(
+    problem: &Problem,
+    selection: &mut Selection,
+    watch: &dyn Watch,
+) -> Result<bool, Error> {
+    let screen = Screen::new(problem);
+    let Some(whole) = selection.path.last() else {
+        return Ok(false);
+    };
+    let mut models = vec![screen.to_its_end(whole)?];
+    let mut leader = models[0].clone();
+    while leader.choices.len() > 1 && !watch.stop() {
+        let parts: Vec<Vec<Choice>> = (0..leader.choices.len())
+            .map(|left_out| {
+                let mut part = leader.choices.clone();
+                part.remove(left_out);
+                part
+            })
+            .collect();
+        let parts = parallel(&parts, |part| {
+            screen.to_its_end(&screen.reordered(&leader, part)?)
+        })?;
+        let posterior = |model: &FittedModel| log_posterior(problem, model);
+        let best = parts
+            .iter()
+            .filter(|part| part.reaches_floor())
+            .max_by(|a, b| posterior(a).total_cmp(&posterior(b)))
+            .cloned();
+        models.extend(parts);
+        match best {
+            Some(best) if !leader.reaches_floor() || posterior(&best) > posterior(&leader) => {
+                leader = best;
+            }
+            _ => break,
+        }
+    }
+    let mut all: Vec<&mut FittedModel> = models.iter_mut().collect();
+    let Some(best) = decide(problem, &mut all)? else {
+        return Ok(false);
+    };
+    let best = models.swap_remove(best);
+    let mut path = Vec::new();
+    for count in 1..best.choices.len() {
+        path.push(screen.reordered(&best, &best.choices[..count])?);
+    }
+    path.push(best);
+    // Those of the search counted otherwise: none of them came down to the noise.
+    for model in selection.singles.iter_mut().chain(&mut selection.pairs) {
+        model.log_posterior = f64::NEG_INFINITY;
+    }
+    let is_on_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
+    let (singles, pairs): (Vec<FittedModel>, Vec<FittedModel>) = models
+        .into_iter()
+        .filter(|m| !is_on_path(m))
+        .partition(|m| m.choices.len() == 1);
+    screen.keep_better(&mut selection.singles, singles);
+    screen.keep_better(&mut selection.pairs, pairs);
+    selection.singles.retain(|m| !is_on_path(m));
+    selection.pairs.retain(|m| !is_on_path(m));
+    judge_candidates(
+        problem,
+        &selection.calibrated,
+        &mut selection.singles,
+        &mut selection.pairs,
+    )?;
+    selection.explained_by(problem, path);
+    Ok(true)
+}
