@@ -31,6 +31,21 @@ impl Watch for () {
     }
 }
 
+/// Passes on all but the stages: work that is one stage of a larger one.
+pub struct OneStage<'a>(pub &'a dyn Watch);
+
+impl Watch for OneStage<'_> {
+    fn step(&self, what: &str, done: usize, of: usize) {
+        self.0.step(what, done, of);
+    }
+    fn stop(&self) -> bool {
+        self.0.stop()
+    }
+    fn discards(&self) -> bool {
+        self.0.discards()
+    }
+}
+
 /// Passes on whether to stop, and says nothing.
 pub struct Silent<'a>(pub &'a dyn Watch);
 

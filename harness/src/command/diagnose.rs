@@ -21,15 +21,13 @@ use crate::diagnose::model::unknown_function::{lowest_frequency, unknown_functio
 use crate::diagnose::result::assemble::{conclude, shown};
 use crate::diagnose::result::curve_formula;
 use crate::diagnose::result::diagnosis::{Diagnosis, Rung};
-use crate::diagnose::result::error_ladder::{Step, climb};
+use crate::diagnose::result::error_ladder::{Step, climb, contradiction};
 use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::run_sets::run_sets;
 use crate::diagnose::selection::discrepancy::{discrepancy, explain_most, of_further};
-use crate::diagnose::selection::elimination::eliminate;
+use crate::diagnose::selection::elimination::{Before, eliminate};
 use crate::diagnose::selection::fitted_model::is_small;
-use crate::diagnose::selection::select::{
-    Selection, calibrate_threshold, contradiction, gains_by_chance, select,
-};
+use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
@@ -37,7 +35,7 @@ use crate::fmu::Fmu;
 use crate::measurement::Campaign;
 use crate::output::{make_folder, print, print_line, tell, write_file};
 use crate::provenance::Provenance;
-use crate::watch::{Silent, Watch};
+use crate::watch::{OneStage, Watch};
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
@@ -218,10 +216,13 @@ pub fn diagnose(
         output,
         watch,
         |problem, selection| {
-            match &search.null {
-                Null::Simulate(0) | Null::Later => {}
-                Null::Simulate(count) => calibrate_threshold(problem, selection, *count, watch)?,
-                Null::Known(gains) => selection.judge_by_chance(gains.clone()),
+            let by_chance = |problem: &Problem, selection: &mut Selection| match search.null {
+                Null::Simulate(0) | Null::Later | Null::Known(_) => Ok(()),
+                Null::Simulate(count) => calibrate_threshold(problem, selection, count, watch),
+            };
+            by_chance(problem, selection)?;
+            if let Null::Known(gains) = &search.null {
+                selection.judge_by_chance(gains.clone());
             }
             if watch.stop() && watch.discards() {
                 return Err(Error::Discarded);
@@ -232,14 +233,15 @@ pub fn diagnose(
                 watch.stage(stages::INCOMPLETE);
                 let noise = discrepancy(problem, selection)?;
                 let of_further = of_further(problem, selection, &noise)?;
-                let sensors = problem.segments.clone();
+                let (sensors, before) = (problem.segments.clone(), Before::of(selection));
                 problem.count_with(noise.clone(), &of_further);
                 explain_most(problem, selection, watch)?;
                 if selection.path.last().is_some_and(|m| is_small(&m.fit)) {
                     problem.segments = sensors;
                     problem.trust_sensor();
-                    if !eliminate(problem, selection, watch)? {
-                        problem.count_with(noise, &of_further);
+                    match eliminate(problem, selection, before, watch)? {
+                        false => problem.count_with(noise, &of_further),
+                        true => by_chance(problem, selection)?,
                     }
                 }
             }
@@ -311,12 +313,22 @@ fn searched<R>(
     };
     let mut problem = first;
     if contradicted.is_some() {
-        let others = problem_with(HoldOut::Others)?;
-        if others.held_out != problem.held_out {
+        // A run may be too short to judge anything on it.
+        let others = match problem_with(HoldOut::Others) {
+            Ok(others) => Some(others).filter(|o| o.held_out != problem.held_out),
+            Err(Error::NothingToFit { .. } | Error::RunsTooShort { .. }) => None,
+            Err(error) => return Err(error),
+        };
+        if let Some(others) = others {
             watch.stage(stages::AGAIN);
-            selection = select(&others, &Silent(watch))?;
-            selection.contradicted = contradicted;
-            problem = others;
+            let again = select(&others, &OneStage(watch))?;
+            if again.stopped {
+                selection.stopped = true;
+            } else {
+                selection = again;
+                selection.contradicted = contradicted;
+                problem = others;
+            }
         }
     }
     let formulas = curve_formula::formulas(&problem, &selection);

@@ -95,6 +95,11 @@ impl Excitation {
         self.series.is_some() || self.constant != 0.0
     }
 
+    /// Its value at sample `k` of its run, in its SI unit.
+    pub fn at_sample(&self, k: usize) -> f64 {
+        self.series.as_ref().map_or(self.constant, |s| s.values[k])
+    }
+
     /// The largest value that it has, without sign, in its SI unit.
     pub fn largest(&self) -> f64 {
         let values = self.series.iter().flat_map(|s| &s.values);

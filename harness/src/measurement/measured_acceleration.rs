@@ -111,3 +111,20 @@ fn the_value_of_stick_is_no_fault() {
     }
     assert_eq!(load("", "", text).unwrap().runs[0].faults, []);
 }
+
+#[test]
+fn the_clamps_acceleration_is_taken_off_what_an_accelerometer_reads() {
+    let mut csv = String::from("time_s,tip_acceleration_m_per_s2,frame\n");
+    for i in 0..64 {
+        let clamp = f64::from(i) - 30.0;
+        let _ = writeln!(csv, "{:.4},{},{clamp}", f64::from(i) * 1e-4, value(i));
+    }
+    let run = "clamp_acceleration_column = \"frame\"\nclamp_acceleration_m_per_s2 = 0.5\n";
+    let campaign = load("", run, csv.clone()).unwrap();
+    for (i, a) in (0..).zip(&campaign.runs[0].measured) {
+        let clamp = f64::from(i) - 29.5;
+        assert!((a - (value(i) - clamp)).abs() < 1e-9, "{i}: {a}");
+    }
+    let still = load("", "", csv).unwrap();
+    assert!((still.runs[0].measured[7] - value(7)).abs() < 1e-9);
+}

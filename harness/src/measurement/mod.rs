@@ -302,9 +302,9 @@ fn load_run(
     let csv_table::Record {
         time,
         measurand,
-        measured,
+        mut measured,
         inputs,
-        further,
+        mut further,
         understood,
     } = csv_table::read(&file, &entry.channels, (further_sensors, &further_files))
         .map_err(|error| explain(error, &file, Wanted::Table))?;
@@ -339,6 +339,16 @@ fn load_run(
             s.values.iter().sum::<f64>() / s.values.len() as f64
         })
     };
+    // An accelerometer reads the clamp's motion too.
+    let absolute = (measurand == Measurand::Acceleration).then_some(&mut measured);
+    let of_further = further_sensors.iter().zip(&mut further);
+    let of_further = of_further.filter(|(sensor, _)| sensor.reading == Reading::Acceleration);
+    let of_further = of_further.map(|(_, readings)| &mut readings.values);
+    for values in absolute.into_iter().chain(of_further) {
+        let clamp = &inputs.clamp_acceleration;
+        let all = values.iter_mut().enumerate();
+        all.for_each(|(k, value)| *value -= clamp.at_sample(k));
+    }
     let noise = Noise::estimate(&measured, &sampling);
     let further = further_sensors.iter().zip(further);
     let further = further.map(|(sensor, values)| FurtherRecord::of(sensor, &file, &time, values));

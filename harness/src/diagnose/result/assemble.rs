@@ -136,9 +136,10 @@ pub fn conclude(
     let next_measurement = crate::diagnose::selection::next_measurement::recommend(problem, &tied)?;
     let mut remarks = remarks(problem, fitted, selection, &effects);
     let kept_out = &steps[last].holdout;
-    if verdict != Verdict::UnknownEffect && !selection.by_hand && !is_small(kept_out) {
+    let is_kept_out = problem.held_out.contains(&true);
+    if selection.explained && is_kept_out && !selection.by_hand && !is_small(kept_out) {
         remarks.push(format!(
-            "What is kept out contradicts this: its error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
+            "The runs kept out contradict this: its error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
             kept_out.quantile(0.75)
         ));
     }

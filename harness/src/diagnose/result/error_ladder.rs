@@ -5,9 +5,9 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::Care;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::select::{Contradiction, Selection};
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
@@ -62,6 +62,44 @@ impl Step {
             &self.fitted.fit.point
         }
     }
+}
+
+/// Whether what a selection names, or that nothing is missing, does not hold on the runs kept out: its error there is not down to the noise.
+/// `None` where it holds, where it explains nothing, and where no run was kept out.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn contradiction(
+    problem: &Problem,
+    selection: &Selection,
+) -> Result<Option<Contradiction>, Error> {
+    let out = problem.held_out.iter().zip(&problem.campaign.runs);
+    let runs: Vec<String> = out
+        .filter(|(is_out, _)| **is_out)
+        .map(|(_, run)| run.name.clone())
+        .collect();
+    if !selection.explained || runs.is_empty() {
+        return Ok(None);
+    }
+    let named = selection.path.last().unwrap_or(&selection.calibrated);
+    let fitted = named.full_refit.as_ref().unwrap_or(&named.fitted);
+    if is_small(&segment_errors::held_out(problem, fitted, Care::Thorough)?) {
+        return Ok(None);
+    }
+    // What is their own may have been looked for in vain: as the report judges.
+    let steps = climb(problem, selection)?;
+    let judged = &steps.last().expect("the calibrated model at least").holdout;
+    if is_small(judged) {
+        return Ok(None);
+    }
+    Ok(Some(Contradiction {
+        answer: match named.choices.is_empty() {
+            true => "nothing is missing".to_owned(),
+            false => name(problem, &named.choices),
+        },
+        runs,
+        over_noise: judged.quantile(0.75),
+    }))
 }
 
 /// Refits the calibrated model and the path on all segments of the runs fitted and judges them.

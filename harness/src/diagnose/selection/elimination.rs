@@ -16,14 +16,33 @@ use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
 
+/// What a search had found before it was asked what explains most: fits that count with the sensor's noise.
+pub struct Before {
+    calibrated: FittedModel,
+    singles: Vec<FittedModel>,
+    pairs: Vec<FittedModel>,
+}
+
+impl Before {
+    /// Of a selection.
+    pub fn of(selection: &Selection) -> Self {
+        Self {
+            calibrated: selection.calibrated.clone(),
+            singles: selection.singles.clone(),
+            pairs: selection.pairs.clone(),
+        }
+    }
+}
+
 /// Whether the last hypothesis of a selection's path, or a part of it, explains the data to the sensor's noise, with which the problem
-/// counts; it is then what the selection found.
+/// counts; it is then what the selection found, beside what it held `before`.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub fn eliminate(
     problem: &Problem,
     selection: &mut Selection,
+    before: Before,
     watch: &dyn Watch,
 ) -> Result<bool, Error> {
     let screen = Screen::new(problem);
@@ -67,19 +86,30 @@ pub fn eliminate(
         path.push(screen.reordered(&best, &best.choices[..count])?);
     }
     path.push(best);
-    // Those of the search counted otherwise: none of them came down to the noise.
-    for model in selection.singles.iter_mut().chain(&mut selection.pairs) {
+    let has = |models: &[FittedModel], m: &FittedModel| {
+        models.iter().any(|other| other.choices == m.choices)
+    };
+    models.retain(|m| !has(&path, m));
+    let Before {
+        mut calibrated,
+        mut singles,
+        mut pairs,
+    } = before;
+    // None of those of the search came down to the noise.
+    let known = singles.iter_mut().chain(&mut pairs);
+    for model in known.chain([&mut calibrated]) {
         model.log_posterior = f64::NEG_INFINITY;
     }
-    let is_on_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
-    let (singles, pairs): (Vec<FittedModel>, Vec<FittedModel>) = models
-        .into_iter()
-        .filter(|m| !is_on_path(m))
-        .partition(|m| m.choices.len() == 1);
-    screen.keep_better(&mut selection.singles, singles);
-    screen.keep_better(&mut selection.pairs, pairs);
-    selection.singles.retain(|m| !is_on_path(m));
-    selection.pairs.retain(|m| !is_on_path(m));
+    for list in [&mut singles, &mut pairs] {
+        list.retain(|m| !has(&path, m) && !has(&models, m));
+    }
+    let (new_singles, new_pairs): (Vec<_>, Vec<_>) =
+        models.into_iter().partition(|m| m.choices.len() == 1);
+    singles.extend(new_singles);
+    pairs.extend(new_pairs);
+    screen.sort(&mut singles);
+    screen.sort(&mut pairs);
+    (selection.calibrated, selection.singles, selection.pairs) = (calibrated, singles, pairs);
     judge_candidates(
         problem,
         &selection.calibrated,

@@ -26,7 +26,8 @@ use crate::watch::Watch;
 
 /// Extensions that are fitted before it is asked which others could still matter: one for each of two processors.
 const BATCH: usize = 2;
-/// Effects beside a leader that is not adequate that are fitted, those that promise most: two for each of two processors.
+/// Effects beside a leader that is not adequate that are fitted, those that promise most: two for each of two processors. Periodic ones
+/// come on top.
 const FITTED: usize = 4;
 
 /// What a score test of all effects beside one hypothesis found.
@@ -140,7 +141,8 @@ pub(crate) fn one_more(problem: &Problem, choices: &[Choice]) -> Vec<Vec<Choice>
 }
 
 /// A leader with one effect more, for those that a score test finds worth their price, the most promising ones. Of effects with a
-/// frequency of their own the first one alone: to first order they all promise what the residual has of lines, whatever makes these.
+/// frequency of their own only the first and what ties with it: to first order they all promise what the residual has of lines,
+/// whatever makes these, and would leave no room for others.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -166,7 +168,9 @@ pub(crate) fn one_further(
     let (mut lines, mut promising): (Vec<_>, Vec<_>) =
         promising.into_iter().partition(|(c, _)| is_periodic(c));
     promising.truncate(FITTED);
-    lines.truncate(1);
+    let most = lines.first().map_or(0.0, |(_, p)| p.gain);
+    lines.retain(|(_, p)| p.gain > most - TIE);
+    lines.truncate(FITTED);
     promising.extend(lines);
     parallel(&promising, |(choices, promise)| {
         let choices = promise.choices(choices);

@@ -12,7 +12,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, variants};
 use crate::diagnose::selection::bootstrap;
 use crate::diagnose::selection::decision::{decide, log_prior};
-use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::search::{Exploration, explore};
 use crate::diagnose::selection::tested::Tested;
@@ -126,6 +126,9 @@ impl Selection {
         self.explained = true;
         self.is_incomplete = false;
         self.untried.clear();
+        // Gains by chance were those beside another path.
+        self.by_chance.clear();
+        self.threshold = -log_prior(problem, 1);
     }
 
     /// Takes the gains by chance into account, for each step of the path those of all simulated campaigns.
@@ -313,38 +316,6 @@ fn beyond(
         }),
         gain: best.log_posterior - rival.unwrap_or(calibrated).log_posterior,
     })
-}
-
-/// Whether what a selection names, or that nothing is missing, does not hold on the runs kept out: its error there is not down to the noise.
-/// `None` where it holds, where it explains nothing, and where no run was kept out.
-///
-/// # Errors
-/// An FMU that can't be run.
-pub fn contradiction(
-    problem: &Problem,
-    selection: &Selection,
-) -> Result<Option<Contradiction>, Error> {
-    let out = problem.held_out.iter().zip(&problem.campaign.runs);
-    let runs: Vec<String> = out
-        .filter(|(is_out, _)| **is_out)
-        .map(|(_, run)| run.name.clone())
-        .collect();
-    if !selection.explained || runs.is_empty() {
-        return Ok(None);
-    }
-    let named = selection.path.last().unwrap_or(&selection.calibrated);
-    let judged = segment_errors::held_out(problem, &named.fitted, Care::Thorough)?;
-    if is_small(&judged) {
-        return Ok(None);
-    }
-    Ok(Some(Contradiction {
-        answer: match named.choices.is_empty() {
-            true => "that nothing is missing".to_owned(),
-            false => name(problem, &named.choices),
-        },
-        runs,
-        over_noise: judged.quantile(0.75),
-    }))
 }
 
 /// Simulates `count` campaigns without the effect for each step of a selection's path (for the calibrated model where the

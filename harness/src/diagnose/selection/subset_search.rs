@@ -25,7 +25,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Shapes of each effect of which pairs are formed, those that explain most alone.
 const SHAPES: usize = 5;
-/// Pairs that are fitted on the shortest windows, of those that explain most to first order beside the reference model.
+/// Pairs that are fitted on the shortest windows, of those that explain most to first order beside the reference model, at most
+/// [`FOLLOWED_BESIDE`] of them with values along the belt.
 const FOLLOWED: usize = 12;
 /// Single effects that explain most, which are fitted first and beside which the others are regressed again: one that is far from linear
 /// hides the other.
@@ -224,12 +225,16 @@ impl Search<'_, '_> {
             local += usize::from(is_local);
             !is_local || local <= FOLLOWED_BESIDE
         };
-        let best = ranked.iter().filter(has_room).take(FOLLOWED);
-        let mut starts = best.map(at).collect::<Result<Vec<Start>, Error>>()?;
+        let followed: Vec<&Ranked> = ranked.iter().filter(has_room).take(FOLLOWED).collect();
+        let mut starts = followed
+            .iter()
+            .copied()
+            .map(at)
+            .collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
         let of_library = possible(self.alone(&library)?, &library);
         // One that explains less than every pair followed is not fitted beyond the least number.
-        let last = ranked.get(FOLLOWED - 1);
+        let last = followed.get(FOLLOWED - 1);
         let least = last.map_or(f64::INFINITY, |(_, pair)| pair.score);
         let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
         let most = explaining.clamp(ALONE, FOLLOWED);
