@@ -21,6 +21,7 @@ use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
+use crate::diagnose::thresholds::SEARCHED;
 use crate::diagnose::validation::estimate::{Estimate, estimate};
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
 use crate::diagnose::validation::identifiability::{in_words, undetermined};
@@ -490,7 +491,8 @@ fn probability_of(problem: &Problem, selection: &Selection, verdict: Verdict) ->
         wanted.map(|(_, p)| p).sum()
     };
     match (verdict, selection.path.last()) {
-        (Verdict::UnknownEffect, _) if !selection.explained => 1.0 - of(&|_| true),
+        // What explains most counted with another noise: it does not compare.
+        (Verdict::UnknownEffect, _) if !selection.explained => SEARCHED,
         (Verdict::UnknownEffect, _) => of(&|c| is_beyond(problem, &c.choices)),
         (Verdict::NoMissingEffect, _) | (_, None) => of(&|c| c.choices.is_empty()),
         // What an effect of the library adds takes nothing away from a name.
