@@ -25,9 +25,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Shapes of each effect of which pairs are formed, those that explain most alone.
 const SHAPES: usize = 5;
-/// Pairs that are fitted on the shortest windows, of those that explain most to first order beside the reference model, at most
-/// [`FOLLOWED_BESIDE`] of them with values along the belt.
+/// Pairs that are fitted on the shortest windows, of those that explain most to first order beside the reference model, ...
 const FOLLOWED: usize = 12;
+/// ... and at least so many without values along the belt: pairs with such values take up to seven of twelve places where none is hidden.
+const WITHOUT_VALUES: usize = 8;
 /// Single effects that explain most, which are fitted first and beside which the others are regressed again: one that is far from linear
 /// hides the other.
 const LEADERS: usize = 2;
@@ -218,23 +219,21 @@ impl Search<'_, '_> {
         let alone = self.alone(&responses)?;
         let ranked = self.pairs(&responses, &alone)?;
         let at = |(set, explained): &Ranked| responses.start(set, explained);
-        // Values along the belt imitate much, with whatever effect beside them: they leave room for others.
-        let mut local = 0;
-        let has_room = |(set, _): &&Ranked| {
+        // Values along the belt imitate much, with whatever effect beside them: others come on top, where these leave no room for them.
+        let mut others = 0;
+        let is_followed = |(place, (set, _)): &(usize, &Ranked)| {
             let is_local = set.iter().any(|&i| responses.all[i].has_many_values());
-            local += usize::from(is_local);
-            !is_local || local <= FOLLOWED_BESIDE
+            others += usize::from(!is_local);
+            *place < FOLLOWED || (!is_local && others <= WITHOUT_VALUES)
         };
-        let followed: Vec<&Ranked> = ranked.iter().filter(has_room).take(FOLLOWED).collect();
-        let mut starts = followed
-            .iter()
-            .copied()
-            .map(at)
-            .collect::<Result<Vec<Start>, Error>>()?;
+        let followed = ranked.iter().enumerate().filter(is_followed);
+        let followed: Vec<&Ranked> = followed.map(|(_, ranked)| ranked).collect();
+        let starts = followed.iter().map(|ranked| at(ranked));
+        let mut starts = starts.collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
         let of_library = possible(self.alone(&library)?, &library);
         // One that explains less than every pair followed is not fitted beyond the least number.
-        let last = followed.get(FOLLOWED - 1);
+        let last = followed.last().filter(|_| followed.len() >= FOLLOWED);
         let least = last.map_or(f64::INFINITY, |(_, pair)| pair.score);
         let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
         let most = explaining.clamp(ALONE, FOLLOWED);
