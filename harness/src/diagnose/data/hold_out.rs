@@ -61,9 +61,15 @@ fn middle(campaign: &Campaign) -> Vec<bool> {
             .map(|r| r.role == Some(Role::Holdout))
             .collect();
     }
+    third(campaign, 0)
+}
+
+/// A third of the runs, the first or a later one from the middle of the operating points.
+fn third(campaign: &Campaign, number: usize) -> Vec<bool> {
     let count = campaign.runs.len();
+    let kept_out = count / 3;
     let mut out = vec![false; count];
-    for &run in &from_the_middle(campaign)[..count / 3] {
+    for &run in &from_the_middle(campaign)[number * kept_out..][..kept_out] {
         out[run] = true;
     }
     out
@@ -71,16 +77,10 @@ fn middle(campaign: &Campaign) -> Vec<bool> {
 
 /// As many others; the same where the campaign names them, or has too few.
 fn others(campaign: &Campaign) -> Vec<bool> {
-    let count = campaign.runs.len();
-    let kept_out = count / 3;
-    if is_stated(campaign) || kept_out == 0 {
-        return middle(campaign);
+    match is_stated(campaign) {
+        true => middle(campaign),
+        false => third(campaign, 1),
     }
-    let mut out = vec![false; count];
-    for &run in &from_the_middle(campaign)[kept_out..2 * kept_out] {
-        out[run] = true;
-    }
-    out
 }
 
 /// Places of the runs, that nearest the middle of the (v0, F_N) plane first, so that fits without it need not extrapolate.

@@ -140,7 +140,7 @@ pub fn conclude(
     let is_kept_out = problem.held_out.contains(&true);
     if selection.explained && is_kept_out && !selection.by_hand && !is_small(kept_out) {
         remarks.push(format!(
-            "The runs kept out contradict this: its error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
+            "The runs kept out contradict this: their error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
             kept_out.quantile(0.75)
         ));
     }

@@ -21,7 +21,7 @@ use crate::diagnose::selection::decision::log_posterior;
 use crate::diagnose::selection::extension::one_further;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::screening::{POLISH, Screen};
-use crate::diagnose::selection::select::{Selection, judge_candidates};
+use crate::diagnose::selection::select::Selection;
 use crate::diagnose::validation::correlation_time::correlation_times;
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -132,13 +132,7 @@ pub fn explain_most(
     // What has no name must have more evidence than all that has one, its constants priced.
     screen.keep_better(&mut models, curves);
     let best = most_probable(problem, &models).clone();
-    let mut path = Vec::new();
-    for count in 1..=best.choices.len() {
-        path.push(match count == best.choices.len() {
-            true => best.clone(),
-            false => screen.reordered(&best, &best.choices[..count])?,
-        });
-    }
+    let path = screen.path_to(best)?;
     let has_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
     models.retain(|m| !has_path(m));
     if let Some(i) = models.iter().position(|m| m.choices.is_empty()) {
@@ -146,12 +140,7 @@ pub fn explain_most(
     }
     models.sort_by(|a, b| log_posterior(problem, b).total_cmp(&log_posterior(problem, a)));
     (selection.singles, selection.pairs) = models.into_iter().partition(|m| m.choices.len() == 1);
-    judge_candidates(
-        problem,
-        &selection.calibrated,
-        &mut selection.singles,
-        &mut selection.pairs,
-    )?;
+    selection.judge_candidates(problem)?;
     selection.path = path;
     selection.tested.clear();
     selection.is_incomplete = true;

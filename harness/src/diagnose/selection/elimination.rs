@@ -11,7 +11,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::decision::{decide, log_posterior};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::Screen;
-use crate::diagnose::selection::select::{Selection, judge_candidates};
+use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -81,11 +81,7 @@ pub fn eliminate(
         return Ok(false);
     };
     let best = models.swap_remove(best);
-    let mut path = Vec::new();
-    for count in 1..best.choices.len() {
-        path.push(screen.reordered(&best, &best.choices[..count])?);
-    }
-    path.push(best);
+    let path = screen.path_to(best)?;
     let has = |models: &[FittedModel], m: &FittedModel| {
         models.iter().any(|other| other.choices == m.choices)
     };
@@ -110,12 +106,7 @@ pub fn eliminate(
     screen.sort(&mut singles);
     screen.sort(&mut pairs);
     (selection.calibrated, selection.singles, selection.pairs) = (calibrated, singles, pairs);
-    judge_candidates(
-        problem,
-        &selection.calibrated,
-        &mut selection.singles,
-        &mut selection.pairs,
-    )?;
+    selection.judge_candidates(problem)?;
     selection.explained_by(problem, path);
     Ok(true)
 }

@@ -412,6 +412,20 @@ impl<'a> Screen<'a> {
         self.fitted(choices, start, refitting(POLISH))
     }
 
+    /// The path to a model, one effect more each time, in its order; empty for the reference model.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn path_to(&self, best: FittedModel) -> Result<Vec<FittedModel>, Error> {
+        let before = 1..best.choices.len();
+        let path = before.map(|count| self.reordered(&best, &best.choices[..count]));
+        let mut path = path.collect::<Result<Vec<FittedModel>, Error>>()?;
+        if !best.choices.is_empty() {
+            path.push(best);
+        }
+        Ok(path)
+    }
+
     /// A hypothesis fitted from a point of its own.
     ///
     /// # Errors

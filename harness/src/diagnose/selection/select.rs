@@ -119,6 +119,19 @@ impl Selection {
         self.beyond = self.beyond.take().or(beyond);
     }
 
+    /// Judges the best candidates on the runs kept out, briefly.
+    ///
+    /// # Errors
+    /// An FMU that can't be run.
+    pub(crate) fn judge_candidates(&mut self, problem: &Problem) -> Result<(), Error> {
+        judge_candidates(
+            problem,
+            &self.calibrated,
+            &mut self.singles,
+            &mut self.pairs,
+        )
+    }
+
     /// Takes a path whose last hypothesis explains the data.
     pub(crate) fn explained_by(&mut self, problem: &Problem, path: Vec<FittedModel>) {
         self.beyond = beyond(problem, true, &path, &self.calibrated, &self.singles);
@@ -359,7 +372,7 @@ pub fn gains_by_chance(
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub(crate) fn judge_candidates(
+fn judge_candidates(
     problem: &Problem,
     calibrated: &FittedModel,
     singles: &mut [FittedModel],
