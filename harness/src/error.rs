@@ -351,7 +351,7 @@ pub enum Error {
         /// Their correlation, 1.
         correlation: f64,
         /// What is likely wrong.
-        remedy: &'static str,
+        remedy: String,
     },
     /// A further sensor whose readings can't be taken between its samples.
     #[error("{}: the readings of [[further_sensor]] '{sensor}' can't be taken at the times of the first sensor: their intervals scatter by {jitter:.2} % and have {gaps} gaps; give evenly sampled readings, or ones in the rows of the run's file without delay_s", path.display())]

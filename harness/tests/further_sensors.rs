@@ -432,3 +432,37 @@ fn val_a_load_cell_with_a_file_and_a_clock_of_its_own_reads_the_same() {
             .any(|i| i.file.ends_with("force.csv"))
     );
 }
+
+/// Source: times that the test itself shifts.
+#[test]
+fn val_a_clock_that_is_later_than_stated_is_told_with_its_delay() {
+    let fmu = open_fmu(None).unwrap();
+    let told = |message: &str| -> f64 {
+        let (_, number) = message.split_once("delay_s = ").expect(message);
+        number.trim_end_matches('.').parse().expect(message)
+    };
+    // Whether it reads on or, where the clocks differ by a part of the period, is refused.
+    for (stated, is_refused) in [(0.0, false), (1.5e-4, false), (2e-3, true)] {
+        let folder = tempfile::tempdir().unwrap();
+        let sensors = SENSORS.replace(
+            "position = 0.7\n",
+            &format!("position = 0.7\ndelay_s = {stated:?}\n"),
+        );
+        write(folder.path(), 0.3, &sensors, 1.0);
+        let campaign = Campaign::load(folder.path()).unwrap();
+        match Problem::new(&fmu, &campaign) {
+            Ok(problem) => {
+                assert!(!is_refused);
+                let late = problem.remarks.iter().find(|r| r.contains("delay_s"));
+                assert_eq!(late.is_some(), stated != 0.0, "{:?}", problem.remarks);
+                if let Some(late) = late {
+                    assert!(late.starts_with("'v'") && told(late).abs() < 5e-5, "{late}");
+                }
+            }
+            Err(error) => {
+                let message = error.to_string();
+                assert!(is_refused && told(&message).abs() < 5e-5, "{message}");
+            }
+        }
+    }
+}

@@ -11,7 +11,7 @@ use crate::unit::{HERTZ, METRE, METRE_PER_SECOND, ONE};
 pub static CARD: Card = Card {
     id: "third_mode",
     title: "A further bending mode",
-    equation: "q3'' + 2 D3 w3 q3' + w3^2 q3 = phi3(1) F / m,  w_tip = ... + phi3(1) q3",
+    equation: "q3'' + 2 D3 w3 q3' + w3^2 q3 = p phi3(1) F / m,  w_tip = ... + phi3(1) q3",
     description: "The beam bends in one more mode than the model retains: every transition makes it ring at \
                   its own frequency, and the tip is a little softer.",
     source: "Stelter 1992, eqs. (2), (3), Figure 3",
@@ -39,6 +39,16 @@ pub static CARD: Card = Card {
             max: 0.03,
             role: Role::Shape,
         },
+        Parameter {
+            name: "participation",
+            description: "participation phi3(1)^2 / m3 of the mode over that of the first one; 1 for a cantilever",
+            unit: ONE,
+            start: 1.0,
+            typical: 1.0,
+            min: 0.5,
+            max: 2.0,
+            role: Role::Shape,
+        },
     ],
     states: &[
         StateVariable {
@@ -60,16 +70,18 @@ pub static CARD: Card = Card {
 struct ThirdMode(ModalOscillator);
 
 fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
-    let &[frequency, damping_ratio] = context.values else {
-        unreachable!("two parameters on the card")
+    let &[frequency, damping_ratio, participation] = context.values else {
+        unreachable!("three parameters on the card")
     };
     if frequency == 0.0 {
         return Ok(None);
     }
     context.require(0, frequency > 0.0, "zero (off) or positive")?;
     context.require(1, damping_ratio >= 0.0, "zero or positive")?;
+    context.require(2, participation > 0.0, "positive")?;
     let modes = context.beam.modes();
-    // Eigenfunctions of a cantilever alternate in sign at the tip and share the modal mass.
+    // Eigenfunctions of a cantilever alternate in sign at the tip and share the modal mass. Contact and tip see nothing of
+    // either but phi^2 / m.
     let tip_value = if modes.len().is_multiple_of(2) {
         modes[0].tip_value.abs()
     } else {
@@ -79,7 +91,7 @@ fn build(context: &Context) -> Result<Option<Box<dyn Effect>>, PhysicsError> {
         frequency,
         damping_ratio,
         damping_rate: ZERO,
-        mass: modes[0].mass,
+        mass: modes[0].mass / participation,
         tip_value,
     }))))
 }

@@ -1,5 +1,6 @@
 //! Whether further sensors read what the motion that the first one measured asks of them.
 
+use crate::diagnose::data::clock_offset::ClockOffset;
 use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::measurement::{
@@ -56,7 +57,8 @@ fn expected(sensor: &FurtherSensor, structure: &Structure, smoothed: &Smoothed) 
     (0..contact.len()).map(at).collect()
 }
 
-/// Refuses a campaign in which a further sensor reads something else than what is stated of it.
+/// Refuses a campaign in which a further sensor reads something else than what is stated of it; remarks on clocks that seem to differ
+/// where it does not.
 ///
 /// # Errors
 /// [`Error::FurtherSensorContradicts`] with the likely remedy.
@@ -64,18 +66,24 @@ pub fn follow_the_motion(
     campaign: &Campaign,
     structure: &Structure,
     smoothings: &[Smoothing],
-) -> Result<(), Error> {
+) -> Result<Vec<String>, Error> {
+    let mut remarks = Vec::new();
     let sprung = structure.modes().iter().filter(|mode| !mode.is_free());
     let slowest = sprung.map(|mode| 1.0 / mode.frequency_hz).reduce(f64::max);
     for (number, sensor) in campaign.further_sensors.iter().enumerate() {
         let mut of_all: Vec<Looked> = Vec::new();
+        let mut clocks: Vec<Clock> = Vec::new();
         for (run, smoothing) in campaign.runs.iter().zip(smoothings) {
             let Some(record) = run.further.get(number).and_then(Option::as_ref) else {
                 continue;
             };
-            let looked = Looked::at(run, smoothing, (sensor, record), (structure, slowest));
+            let expected = expected(sensor, structure, &smoothing.stick_slip.smoothed);
+            let records = (record, &expected[..]);
+            let looked = Looked::at(run, smoothing, sensor, records, slowest);
+            clocks.extend(Clock::of(run, smoothing, records));
             if looked.means.len() >= FEWEST_MEANS {
-                looked.verdict(campaign, sensor, format!("run '{}'", run.name))?;
+                let runs = format!("run '{}'", run.name);
+                looked.verdict(campaign, sensor, runs, &clocks)?;
             } else {
                 of_all.push(looked);
             }
@@ -91,10 +99,58 @@ pub fn follow_the_motion(
             means: of_all.into_iter().flat_map(|l| l.means).collect(),
         };
         if together.means.len() >= FEWEST_MEANS {
-            together.verdict(campaign, sensor, "all runs".into())?;
+            together.verdict(campaign, sensor, "all runs".into(), &clocks)?;
+        }
+        if let Some(late) = Clock::agreed(&clocks) {
+            let total = sensor.delay + late;
+            remarks.push(format!(
+                "'{}' follows the motion better where its times are taken to be later by {late:.6} s than stated (median of the runs): if \
+                 the two clocks were not started together, state delay_s = {total:.6}.",
+                sensor.name,
+            ));
         }
     }
-    Ok(())
+    Ok(remarks)
+}
+
+/// By how much a sensor's clock seems to be late in a run.
+struct Clock {
+    offset: ClockOffset,
+    /// Interval of a sample, s.
+    interval: f64,
+}
+
+impl Clock {
+    fn of(
+        run: &Run,
+        smoothing: &Smoothing,
+        (record, expected): (&FurtherRecord, &[f64]),
+    ) -> Option<Self> {
+        let interval = run.sample_interval();
+        let mut read = vec![f64::NAN; expected.len()];
+        for (t, y) in run.time.iter().zip(&record.values) {
+            if let Some(slot) = read.get_mut(slot(smoothing, interval, *t)) {
+                *slot = *y;
+            }
+        }
+        let offset = ClockOffset::between(&read, expected)?;
+        Some(Self { offset, interval })
+    }
+
+    /// The offset in s that most runs show clearly; `None` where they do not.
+    fn agreed(clocks: &[Clock]) -> Option<f64> {
+        let is_clear = |c: &&Clock| c.offset.is_clear() && c.offset.correlation >= FOLLOWS;
+        let clear = clocks.iter().filter(is_clear);
+        let mut late: Vec<f64> = clear.map(|c| c.offset.samples * c.interval).collect();
+        late.sort_by(f64::total_cmp);
+        let middle = late.get(late.len() / 2).copied()?;
+        (2 * late.len() > clocks.len()).then_some(middle)
+    }
+}
+
+/// The sample of the smoother's grid at a time in s.
+fn slot(smoothing: &Smoothing, interval: f64, t: f64) -> usize {
+    ((t - smoothing.first_time) / interval).round() as usize
 }
 
 /// What was read in a run beside what is expected.
@@ -109,8 +165,9 @@ impl Looked {
     fn at(
         run: &Run,
         smoothing: &Smoothing,
-        (sensor, record): (&FurtherSensor, &FurtherRecord),
-        (structure, slowest): (&Structure, Option<f64>),
+        sensor: &FurtherSensor,
+        (record, expected): (&FurtherRecord, &[f64]),
+        slowest: Option<f64>,
     ) -> Self {
         let smoothed = &smoothing.stick_slip.smoothed;
         let slowest = slowest.unwrap_or_else(|| run.sample_interval());
@@ -119,8 +176,7 @@ impl Looked {
             Reading::FrictionForce => slowest,
             _ => slowest / PARTS_OF_A_PERIOD,
         };
-        let expected = expected(sensor, structure, smoothed);
-        let mut means = means(run, smoothing, (&record.values, &expected), over);
+        let mut means = means(run, smoothing, (&record.values, expected), over);
         let count = means.len() as f64;
         let middle = means
             .iter()
@@ -139,6 +195,7 @@ impl Looked {
         campaign: &Campaign,
         sensor: &FurtherSensor,
         runs: String,
+        clocks: &[Clock],
     ) -> Result<(), Error> {
         let Some((slope, correlation, spread)) = line(&self.means) else {
             return Ok(());
@@ -146,11 +203,16 @@ impl Looked {
         let remedy = if spread < self.least_spread {
             return Ok(());
         } else if correlation < -FOLLOWS {
-            "turn the sign of its scale"
+            "turn the sign of its scale".to_owned()
+        } else if let (true, Some(late)) = (correlation < FOLLOWS, Clock::agreed(clocks)) {
+            let total = sensor.delay + late;
+            format!(
+                "its times seem to be later by {late:.6} s than stated: state delay_s = {total:.6}"
+            )
         } else if correlation < FOLLOWS {
-            "state the quantity that its column holds, and look whether its clock is that of the first sensor (delay_s)"
+            "state the quantity that its column holds, and look whether its clock is that of the first sensor (delay_s)".to_owned()
         } else if !(OTHER_SCALE.recip()..OTHER_SCALE).contains(&slope) {
-            "correct its scale, the unit in its header, or its place"
+            "correct its scale, the unit in its header, or its place".to_owned()
         } else {
             return Ok(());
         };
@@ -214,11 +276,10 @@ fn means(
     period: f64,
 ) -> Vec<(f64, f64)> {
     let interval = run.sample_interval();
-    let slot = |t: f64| ((t - smoothing.first_time) / interval).round() as usize;
     let mut sums: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
     for (t, y) in run.time.iter().zip(read) {
         let Some(x) = expected
-            .get(slot(*t))
+            .get(slot(smoothing, interval, *t))
             .filter(|x| x.is_finite() && y.is_finite())
         else {
             continue;

@@ -201,7 +201,7 @@ impl<'a> Problem<'a> {
         let smooth = |run: &Run| smooth_run(run, &structure, &|v| expected.at(v));
         let smoothings = parallel(&campaign.runs, smooth)?;
         agree_on_noise(&mut campaign.runs);
-        follow_the_motion(&campaign, &structure, &smoothings)?;
+        remarks.extend(follow_the_motion(&campaign, &structure, &smoothings)?);
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
         let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
         let noise = of_one_sensor(&estimates);
