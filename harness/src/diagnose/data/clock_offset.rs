@@ -18,7 +18,7 @@ const LEAST_LEFT: f64 = 1e-6;
 
 /// An offset between two clocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClockOffset {
+pub(super) struct ClockOffset {
     /// Samples by which the readings are late; between samples by a parabola.
     pub samples: f64,
     /// Correlation at that offset.
@@ -34,7 +34,8 @@ impl ClockOffset {
     pub fn between(read: &[f64], expected: &[f64]) -> Option<Self> {
         let count = read.len().min(expected.len());
         let most = MOST_SAMPLES.min((count / LONGEST_SHARE) as isize);
-        let at = |lag: isize| correlation(read, expected, lag).unwrap_or(0.0);
+        let places = places(read);
+        let at = |lag: isize| correlation(read, expected, &places, lag).unwrap_or(0.0);
         let all: Vec<f64> = (-most - 1..=most + 1).map(at).collect();
         let left = |i: usize| (1.0 - all[i].max(0.0).powi(2)).max(LEAST_LEFT);
         let inner = 1..all.len() - 1;
@@ -64,13 +65,12 @@ impl ClockOffset {
     }
 }
 
-/// Correlation of readings with what is expected `lag` samples before; `None` where nothing varies.
-fn correlation(read: &[f64], expected: &[f64], lag: isize) -> Option<f64> {
-    let step = read.len().div_ceil(MOST_PAIRS).max(1);
-    let pairs = (0..read.len()).step_by(step).filter_map(|i| {
+/// Correlation of readings at these places with what is expected `lag` samples before; `None` where nothing varies.
+fn correlation(read: &[f64], expected: &[f64], places: &[usize], lag: isize) -> Option<f64> {
+    let pairs = places.iter().filter_map(|&i| {
         let before = usize::try_from(i as isize - lag).ok()?;
         let pair = (*expected.get(before)?, read[i]);
-        (pair.0.is_finite() && pair.1.is_finite()).then_some(pair)
+        pair.0.is_finite().then_some(pair)
     });
     let (mut n, mut x, mut y, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let mut origin = None;
@@ -87,6 +87,18 @@ fn correlation(read: &[f64], expected: &[f64], lag: isize) -> Option<f64> {
     }
     let (xx, xy, yy) = (xx - x * x / n, xy - x * y / n, yy - y * y / n);
     (n >= FEWEST_PAIRS as f64 && xx > 0.0 && yy > 0.0).then(|| xy / (xx * yy).sqrt())
+}
+
+/// Places of at most [`MOST_PAIRS`] readings, at irregular distances: at regular ones a motion that repeats may look like none.
+fn places(read: &[f64]) -> Vec<usize> {
+    let known: Vec<usize> = (0..read.len()).filter(|&i| read[i].is_finite()).collect();
+    if known.len() <= MOST_PAIRS {
+        return known;
+    }
+    // Multiples of the golden section modulo 1 fill an interval evenly and without a period (Weyl).
+    let share = |n: usize| (n as f64 * (5.0_f64.sqrt() - 1.0) / 2.0).fract();
+    let drawn = (0..MOST_PAIRS).map(|n| known[(share(n) * known.len() as f64) as usize]);
+    drawn.collect()
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ pub fn follow_the_motion(
     let slowest = sprung.map(|mode| 1.0 / mode.frequency_hz).reduce(f64::max);
     for (number, sensor) in campaign.further_sensors.iter().enumerate() {
         let mut of_all: Vec<Looked> = Vec::new();
-        let mut clocks: Vec<Clock> = Vec::new();
+        let mut clocks: Vec<Option<Clock>> = Vec::new();
         for (run, smoothing) in campaign.runs.iter().zip(smoothings) {
             let Some(record) = run.further.get(number).and_then(Option::as_ref) else {
                 continue;
@@ -80,10 +80,10 @@ pub fn follow_the_motion(
             let expected = expected(sensor, structure, &smoothing.stick_slip.smoothed);
             let records = (record, &expected[..]);
             let looked = Looked::at(run, smoothing, sensor, records, slowest);
-            clocks.extend(Clock::of(run, smoothing, records));
+            clocks.push(Clock::of(run, smoothing, records));
             if looked.means.len() >= FEWEST_MEANS {
                 let runs = format!("run '{}'", run.name);
-                looked.verdict(campaign, sensor, runs, &clocks)?;
+                looked.verdict(campaign, sensor, runs, &clocks[clocks.len() - 1..])?;
             } else {
                 of_all.push(looked);
             }
@@ -102,11 +102,12 @@ pub fn follow_the_motion(
             together.verdict(campaign, sensor, "all runs".into(), &clocks)?;
         }
         if let Some(late) = Clock::agreed(&clocks) {
-            let total = sensor.delay + late;
             remarks.push(format!(
-                "'{}' follows the motion better where its times are taken to be later by {late:.6} s than stated (median of the runs): if \
-                 the two clocks were not started together, state delay_s = {total:.6}.",
+                "'{}' follows the motion better where its times are taken to be {}: if the two clocks were not started together, state \
+                 delay_s = {:.4e}.",
                 sensor.name,
+                apart(late),
+                sensor.delay + late
             ));
         }
     }
@@ -137,15 +138,26 @@ impl Clock {
         Some(Self { offset, interval })
     }
 
-    /// The offset in s that most runs show clearly; `None` where they do not.
-    fn agreed(clocks: &[Clock]) -> Option<f64> {
+    /// The offset in s that most of the runs agree on, to a sample; `None` where they do not.
+    fn agreed(clocks: &[Option<Clock>]) -> Option<f64> {
         let is_clear = |c: &&Clock| c.offset.is_clear() && c.offset.correlation >= FOLLOWS;
-        let clear = clocks.iter().filter(is_clear);
-        let mut late: Vec<f64> = clear.map(|c| c.offset.samples * c.interval).collect();
-        late.sort_by(f64::total_cmp);
-        let middle = late.get(late.len() / 2).copied()?;
-        (2 * late.len() > clocks.len()).then_some(middle)
+        let clear = clocks.iter().flatten().filter(is_clear);
+        let mut late: Vec<(f64, f64)> = clear
+            .map(|c| (c.offset.samples * c.interval, c.interval))
+            .collect();
+        late.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let middle = late.get(late.len() / 2)?.0;
+        let alike = late
+            .iter()
+            .filter(|(late, interval)| (late - middle).abs() <= *interval);
+        (2 * alike.count() > clocks.len()).then_some(middle)
     }
+}
+
+/// Words for times that are later by `late` in s than stated.
+fn apart(late: f64) -> String {
+    let side = if late < 0.0 { "earlier" } else { "later" };
+    format!("{:.4e} s {side} than stated", late.abs())
 }
 
 /// The sample of the smoother's grid at a time in s.
@@ -195,7 +207,7 @@ impl Looked {
         campaign: &Campaign,
         sensor: &FurtherSensor,
         runs: String,
-        clocks: &[Clock],
+        clocks: &[Option<Clock>],
     ) -> Result<(), Error> {
         let Some((slope, correlation, spread)) = line(&self.means) else {
             return Ok(());
@@ -205,9 +217,10 @@ impl Looked {
         } else if correlation < -FOLLOWS {
             "turn the sign of its scale".to_owned()
         } else if let (true, Some(late)) = (correlation < FOLLOWS, Clock::agreed(clocks)) {
-            let total = sensor.delay + late;
             format!(
-                "its times seem to be later by {late:.6} s than stated: state delay_s = {total:.6}"
+                "state the quantity that its column holds, or, as its times seem to be {}, delay_s = {:.4e}",
+                apart(late),
+                sensor.delay + late
             )
         } else if correlation < FOLLOWS {
             "state the quantity that its column holds, and look whether its clock is that of the first sensor (delay_s)".to_owned()

@@ -3,7 +3,7 @@
 pub mod belt_speed;
 pub mod break_away;
 pub mod break_away_events;
-pub mod clock_offset;
+mod clock_offset;
 pub mod contact_phase;
 pub mod driven_motion;
 pub mod further_readings;

@@ -83,7 +83,7 @@ impl<'a> Responses<'a> {
         self.regression.explained_by(&set)
     }
 
-    /// The model with the effects of such a set, and the point where it explains that best.
+    /// The model with the effects of such a set, in the place of the one that is `removed`, and the point where it explains that best.
     ///
     /// # Errors
     /// Effects that the FMU does not have.
@@ -91,11 +91,13 @@ impl<'a> Responses<'a> {
         &self,
         set: &[usize],
         explained: &Explained,
+        removed: Option<usize>,
     ) -> Result<(Vec<Choice>, Point), Error> {
         let responses: Vec<&Response> = set.iter().map(|&i| &self.all[i]).collect();
         let added = responses.iter().map(|r| &r.choice);
         let known = &self.base.hypothesis;
-        let choices: Vec<Choice> = known.choices.iter().chain(added).cloned().collect();
+        let kept = known.choices.iter().filter(|c| Some(c.effect) != removed);
+        let choices: Vec<Choice> = kept.chain(added).cloned().collect();
         let h = self.problem.hypothesis(&choices)?;
         let mut point = widen(self.base, &h, &Point::centre(&h, self.segments));
         let mut changes = explained.nuisances.iter();

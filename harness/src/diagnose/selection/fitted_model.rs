@@ -104,6 +104,11 @@ impl FittedModel {
         effects_of(&self.choices)
     }
 
+    /// What a fit to its end may gain at most, nats: many times what its derivatives promise, and the segments that are not met.
+    pub(crate) fn most_gain(&self) -> f64 {
+        MOST_OVER_EXPECTED * self.fitted.fit.expected_fall + self.lost
+    }
+
     /// Number of parameters, those of the runs included.
     pub fn size(&self) -> usize {
         let free = |k: &&Parameter| k.prior_std > 0.0;

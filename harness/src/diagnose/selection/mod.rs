@@ -12,6 +12,7 @@ pub mod lengthening;
 pub mod lost_runs;
 pub mod next_measurement;
 pub mod race;
+mod replacement;
 pub mod roughness;
 pub mod screening;
 pub mod search;

@@ -18,7 +18,7 @@ use crate::diagnose::selection::decision::{
     log_posterior, log_posterior_on_all, log_prior, share_starts,
 };
 use crate::diagnose::selection::extension::{Beside, extend, one_further};
-use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
+use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::race::{Entrant, Race};
 use crate::diagnose::selection::screening::{Promised, RETRY, Screen, is_near_noise, last_options};
 use crate::diagnose::selection::tested::Tested;
@@ -390,7 +390,7 @@ impl Exploration<'_> {
     ) -> Result<(), Error> {
         let close = log_posterior(self.problem, leader) - CLOSE;
         let within_reach = |model: &FittedModel| {
-            let fall = MOST_OVER_EXPECTED * model.fitted.fit.expected_fall + model.lost;
+            let fall = model.most_gain();
             let is_weighed = model.score().is_finite() && fall.is_finite();
             // Of values along the belt the roughness may not be told yet.
             !is_weighed || model.is_local() || log_posterior(self.problem, model) + fall > close
@@ -597,11 +597,15 @@ impl Exploration<'_> {
         Ok(())
     }
 
-    /// Pairs and single effects of a list and effects of the library, as short windows tell them; the pairs that were not tried.
+    /// Pairs of a list and effects of the library, as short windows tell them; the pairs that were not tried. Without a list the library
+    /// rivals the best single effect.
     fn search_on_windows(&mut self, list: &[Choice]) -> Result<Vec<Vec<Choice>>, Error> {
         let held = self.held_alone()?;
         let library = library(self.problem);
-        let found = subset_search::search(self.screen, &held, list, &library, self.watch)?;
+        let may_rival = |named: &&FittedModel| list.is_empty() && !named.is_local();
+        let rival = self.named().filter(may_rival);
+        let effects = (list, &library[..]);
+        let found = subset_search::search(self.screen, &held, effects, rival, self.watch)?;
         let (singles, pairs) = found.models.into_iter().partition(|m| m.choices.len() == 1);
         self.screen.keep_better(&mut self.singles, singles);
         self.screen.keep_better(&mut self.pairs, pairs);

@@ -1,11 +1,11 @@
-//! Sets of effects, one of catalogue or library or two of the catalogue, where the race of single ones brought no answer.
+//! Sets of effects, one of the library or two of the catalogue, where the race of single ones brought no answer.
 //!
 //! Over a whole segment a model that lacks two effects meets transitions at wrong times, and a fit of one of them ends in a wrong
 //! valley. Over a short window the same model errs by its forces alone, and these add up: a regression on all effects at once
 //! ([`crate::diagnose::initialisation::subset_regression`]) ranks all of them in the time of a few fits, and tells where to fit
-//! each from. Those that explain most are fitted on the windows, fewer and fewer of them further (successive halving), the best of these on
-//! windows twice as long and on the segments.
-//! Source of the last: Jamieson and Talwalkar, Proc. AISTATS 2016, sect. 3.
+//! each from. Those that explain most are fitted on the windows, fewer and fewer of them further (successive halving); the effects of the
+//! best pair are exchanged ([`super::replacement`]), and the best of all are fitted on windows twice as long and on the segments.
+//! Source of successive halving: Jamieson and Talwalkar, Proc. AISTATS 2016, sect. 3.
 
 use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::calibrating;
@@ -17,7 +17,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, effects_of, name};
 use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
 use crate::diagnose::selection::windows::Windows;
-use crate::diagnose::thresholds::TIE;
+use crate::diagnose::thresholds::{CLOSE, TIE};
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;
@@ -29,18 +29,15 @@ const SHAPES: usize = 5;
 const FOLLOWED: usize = 12;
 /// ... and at least so many without values along the belt: pairs with such values take up to seven of twelve places where none is hidden.
 const WITHOUT_VALUES: usize = 8;
-/// Single effects that explain most, which are fitted first and beside which the others are regressed again: one that is far from linear
-/// hides the other.
-const LEADERS: usize = 2;
-/// Pairs that are fitted of those that explain most beside each of them.
-const FOLLOWED_BESIDE: usize = 4;
+/// Exchanges of each effect of a pair that are fitted, of those that explain most ([`super::replacement`]).
+pub(super) const EXCHANGED: usize = 2;
 /// Effects of the library that are fitted on the windows, each alone: at least so many of those that explain most, and up to
 /// [`FOLLOWED`] of those that explain more than the last pair that is followed, or of all where no pairs are formed.
 const ALONE: usize = 4;
 /// Jacobians for a first fit of all of them: the first steps from where the regression points bring most, ...
-const FIRST: usize = 3;
+pub(super) const FIRST: usize = 3;
 /// ... and for those that are fitted further: a pair that is there comes to the noise within both.
-const SECOND: usize = 3;
+pub(super) const SECOND: usize = 3;
 /// Hypotheses that are fitted further on the shortest windows, ...
 const FURTHER: usize = 8;
 /// ... to their end there: after so few steps effects with states of their own lead (a constant force on a sliding drive is fifth and in
@@ -61,38 +58,37 @@ pub(crate) struct Searched {
 type Ranked = (Vec<usize>, Explained);
 
 /// A hypothesis and a point to fit it from.
-type Start = (Vec<Choice>, Point);
+pub(super) type Start = (Vec<Choice>, Point);
 
 /// The shortest windows, and effects that may be added there.
-struct Search<'a, 'b> {
-    windows: Windows<'a>,
+pub(super) struct Search<'a, 'b> {
+    pub windows: Windows<'a>,
     /// Effects of which pairs are formed.
-    list: &'b [Choice],
+    pub list: &'b [Choice],
     /// Effects of the library, each alone.
     library: &'b [Choice],
-    watch: &'b dyn Watch,
+    pub watch: &'b dyn Watch,
 }
 
-/// Where to fit from, and what is fitted already.
+/// Where to fit from.
 struct Starts {
     /// Sets of effects that explain most, and where to fit them from.
     starts: Vec<Start>,
-    /// Single effects that were fitted on the shortest windows.
-    leaders: Vec<FittedModel>,
     /// All pairs, the one that explains most first.
     pairs: Vec<Vec<Choice>>,
 }
 
-/// Pairs of the effects of `list` and single effects of it and of `library`, the best fitted to its end on whole segments. `held` is the
-/// reference model held to what is believed of it: calibrated, it has been bent in the place of what is missing.
+/// Pairs of the effects of `list` and single effects of `library`, the best fitted to its end on whole segments. `held` is the reference
+/// model held to what is believed of it: calibrated, it has been bent in the place of what is missing. What can't come near `rival`, a
+/// model that explains the segments, is given up on the way.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub(crate) fn search(
     screen: &Screen,
     held: &FittedModel,
-    list: &[Choice],
-    library: &[Choice],
+    (list, library): (&[Choice], &[Choice]),
+    rival: Option<&FittedModel>,
     watch: &dyn Watch,
 ) -> Result<Searched, Error> {
     let search = Search {
@@ -104,21 +100,30 @@ pub(crate) fn search(
     watch.step("comparing effects and pairs to first order", 0, 1);
     let Starts {
         starts,
-        leaders,
         pairs: ranked,
     } = search.starts(held)?;
     let windows = &search.windows;
+    let least = match rival {
+        Some(rival) => windows.log_evidence(&search.on_windows(rival)?) - CLOSE,
+        None => f64::NEG_INFINITY,
+    };
+    // What is not weighed is not given up.
+    let comes_near = |model: &FittedModel, gain: f64| {
+        let most = windows.log_evidence(model) + gain;
+        !most.is_finite() || !least.is_finite() || most > least
+    };
     let best = search.round(&starts, |(choices, start)| {
         search.fitted(choices, start, refitting(FIRST))
     })?;
     let mut best = windows.by_evidence(best);
-    let tried: Vec<Vec<usize>> = best.iter().map(FittedModel::effects).collect();
+    let mut tried: Vec<Vec<usize>> = best.iter().map(FittedModel::effects).collect();
     best.truncate(FURTHER);
-    let mut best = search.round(&best, |model| {
+    let best = search.round(&best, |model| {
         search.fitted(&model.choices, &model.fitted.fit.point, refitting(SECOND))
     })?;
-    best.extend(leaders);
-    let mut best = windows.by_evidence(best);
+    let mut best = search.with_replaced(windows.by_evidence(best))?;
+    tried.extend(best.iter().map(FittedModel::effects));
+    best.retain(|model| comes_near(model, model.most_gain()));
     best.truncate(ENDED);
     // By the objective of the search, which some windows that are lost for good do not bend.
     let ended = search.round(&best, |model| {
@@ -131,6 +136,8 @@ pub(crate) fn search(
     })?;
     let longer = Windows::halves(screen);
     let mut best = windows.by_evidence(ended);
+    // Windows that a fit to its end leaves unmet are taken to stay so.
+    best.retain(|model| comes_near(model, model.most_gain() - model.lost));
     best.truncate(windows.count_with_ties(&best, WHOLE));
     let mut models = search.round(&best, |model| {
         let on_segments = windows.joined(&model.fitted.fit.point);
@@ -161,7 +168,7 @@ impl Windows<'_> {
     }
 
     /// The best of those with the same effects, by their evidence: it counts the windows that are left unmet.
-    fn by_evidence(&self, mut all: Vec<FittedModel>) -> Vec<FittedModel> {
+    pub(super) fn by_evidence(&self, mut all: Vec<FittedModel>) -> Vec<FittedModel> {
         all.sort_by(|a, b| self.log_evidence(b).total_cmp(&self.log_evidence(a)));
         distinct(all, FittedModel::effects)
     }
@@ -169,7 +176,7 @@ impl Windows<'_> {
 
 impl Search<'_, '_> {
     /// A fit on the shortest windows by their likelihood, none of them left out: the regression has pointed near most of them.
-    fn fitted(
+    pub(super) fn fitted(
         &self,
         choices: &[Choice],
         start: &Point,
@@ -184,8 +191,15 @@ impl Search<'_, '_> {
             .continued(choices, start.clone(), options)
     }
 
+    /// A model of the segments, fitted to the windows.
+    fn on_windows(&self, model: &FittedModel) -> Result<FittedModel, Error> {
+        let fitted = &model.fitted;
+        let start = self.windows.divided(&fitted.hypothesis, &fitted.fit.point);
+        self.fitted(&model.choices, &start, refitting(SECOND))
+    }
+
     /// Fits of each of these, but for those that come after a stop.
-    fn round<T: Sync>(
+    pub(super) fn round<T: Sync>(
         &self,
         all: &[T],
         fit: impl Fn(&T) -> Result<FittedModel, Error> + Sync,
@@ -204,8 +218,7 @@ impl Search<'_, '_> {
         Ok(fitted.into_iter().flatten().collect())
     }
 
-    /// Where to fit from: what explains most, beside the reference model and beside the single effects that explain most; and all pairs,
-    /// the one that explains most first.
+    /// Where to fit from: what explains most beside the reference model; and all pairs, the one that explains most first.
     fn starts(&self, held: &FittedModel) -> Result<Starts, Error> {
         let start = self
             .windows
@@ -218,7 +231,7 @@ impl Search<'_, '_> {
         let responses = self.responses(&held, self.list)?;
         let alone = self.alone(&responses)?;
         let ranked = self.pairs(&responses, &alone)?;
-        let at = |(set, explained): &Ranked| responses.start(set, explained);
+        let at = |(set, explained): &Ranked| responses.start(set, explained, None);
         // Values along the belt imitate much, with whatever effect beside them: others come on top, where these leave no room for them.
         let mut others = 0;
         let is_followed = |(place, (set, _)): &(usize, &Ranked)| {
@@ -238,24 +251,7 @@ impl Search<'_, '_> {
         let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
         let most = explaining.clamp(ALONE, FOLLOWED);
         for (set, explained) in of_library.iter().take(most) {
-            starts.push(library.start(set, explained)?);
-        }
-        let may_lead = |(set, _): &&Ranked| !responses.all[set[0]].has_many_values();
-        let best_of_each = possible(alone, &responses);
-        let leaders = best_of_each.iter().filter(may_lead).take(LEADERS).map(at);
-        let leaders = leaders.collect::<Result<Vec<Start>, Error>>()?;
-        let leaders = self.round(&leaders, |(choices, start)| {
-            self.fitted(choices, start, calibrating())
-        })?;
-        for leader in &leaders {
-            let first = leader.choices[0].effect;
-            let others = self.list.iter().filter(|c| c.effect != first);
-            let others: Vec<Choice> = others.cloned().collect();
-            let beside = self.responses(leader, &others)?;
-            let found = possible(self.alone(&beside)?, &beside);
-            for (set, explained) in found.iter().take(FOLLOWED_BESIDE) {
-                starts.push(beside.start(set, explained)?);
-            }
+            starts.push(library.start(set, explained, None)?);
         }
         let choice = |&i: &usize| responses.all[i].choice.clone();
         let pairs = ranked
@@ -264,11 +260,10 @@ impl Search<'_, '_> {
         Ok(Starts {
             starts,
             pairs: pairs.collect(),
-            leaders,
         })
     }
 
-    fn responses<'s>(
+    pub(super) fn responses<'s>(
         &'s self,
         base: &'s FittedModel,
         list: &[Choice],
@@ -296,7 +291,7 @@ impl Search<'_, '_> {
     }
 
     /// Each response alone, also where it is pulled to where it can't be: beside another effect it may not.
-    fn alone(&self, responses: &Responses) -> Result<Vec<Ranked>, Error> {
+    pub(super) fn alone(&self, responses: &Responses) -> Result<Vec<Ranked>, Error> {
         let sets: Vec<Vec<usize>> = (0..responses.all.len()).map(|i| vec![i]).collect();
         self.ranked(responses, &sets)
     }
@@ -322,7 +317,7 @@ impl Search<'_, '_> {
 }
 
 /// The best set of those with the same effects that are pulled to nowhere where they can't be.
-fn possible(mut ranked: Vec<Ranked>, responses: &Responses) -> Vec<Ranked> {
+pub(super) fn possible(mut ranked: Vec<Ranked>, responses: &Responses) -> Vec<Ranked> {
     ranked.retain(|(_, explained)| explained.is_possible);
     distinct(ranked, |(set, _)| {
         effects_of(set.iter().map(|&i| &responses.all[i].choice))
