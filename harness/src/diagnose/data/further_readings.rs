@@ -325,6 +325,29 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_delay_is_stated_where_most_runs_agree_on_it() {
+        const INTERVAL: f64 = 1e-4;
+        let motion = |t: f64| (0.11 * t).sin() + 0.4 * (0.53 * t + 0.2).sin();
+        let record = |late: f64| (0..1000).map(|i| motion(f64::from(i) - late)).collect();
+        let expected: Vec<f64> = record(0.0);
+        let clock = |late: f64| {
+            let read: Vec<f64> = record(late);
+            let offset = ClockOffset::between(&read, &expected)?;
+            Some(Clock {
+                offset,
+                interval: INTERVAL,
+            })
+        };
+        let late = Clock::agreed(&[clock(9.0), clock(9.2), clock(-3.0)]).unwrap();
+        assert!((9e-4 - 1e-5..9.2e-4 + 1e-5).contains(&late), "{late}");
+        let none = |clocks: &[Option<Clock>]| assert_eq!(Clock::agreed(clocks), None);
+        none(&[clock(9.0), clock(5.0), clock(-3.0)]);
+        none(&[clock(9.0), None, None]);
+        none(&[clock(0.0), clock(0.0)]);
+        none(&[]);
+    }
+
+    #[test]
     fn a_line_has_its_slope_and_noise_lowers_its_correlation() {
         let exact: Vec<(f64, f64)> = (0..100)
             .map(|i| (f64::from(i), 3.0 - 2.0 * f64::from(i)))
