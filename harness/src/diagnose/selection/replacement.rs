@@ -5,16 +5,15 @@
 //! the right partner of the right effect explains most. An exchange that leads to a better pair is followed by another, until none does.
 //! Source: Miller, Subset Selection in Regression, 2nd ed., 2002, chapter 3.
 
-use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::model::belt_profile::is_profile;
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::refitting;
-use crate::diagnose::selection::subset_search::{
-    EXCHANGED, FIRST, SECOND, Search, Start, possible,
-};
+use crate::diagnose::selection::subset_search::{FIRST, SECOND, Search, Start, possible};
 use crate::error::Error;
+
+/// Exchanges of each effect of a pair that are fitted, of those that explain most.
+const EXCHANGED: usize = 2;
 
 impl Search<'_, '_> {
     /// Models on the windows, best first, with the pairs that exchanges bring.
@@ -77,10 +76,8 @@ impl Search<'_, '_> {
 
     /// One effect of a pair where the pair has it, not fitted again: it would be bent in the place of the other.
     fn without_other(&self, pair: &FittedModel, kept: &Choice) -> Result<FittedModel, Error> {
-        let screen = &self.windows.screen;
         let alone = std::slice::from_ref(kept);
-        let h = screen.problem.hypothesis(alone)?;
-        let start = widen(&pair.fitted, &h, &Point::centre(&h, &screen.segments));
+        let start = self.windows.screen.point_like(pair, alone)?;
         self.fitted(alone, &start, refitting(0))
     }
 }

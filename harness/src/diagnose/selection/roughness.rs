@@ -11,10 +11,8 @@
 //! price; one believed too smooth leaves to waves what is its own. Each is changed by steps while the evidence rises.
 //! Source: MacKay, Neural Computation 4 (1992) 415, sect. 4 (evidence for a regulariser).
 
-use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::model::belt_profile::{Roughness, is_profile, longest_track, resolved_length};
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
 use crate::error::Error;
@@ -83,8 +81,7 @@ impl Screen<'_> {
     ) -> Result<FittedModel, Error> {
         let mut choices = model.choices.clone();
         choices[place].roughness = roughness;
-        let h = self.problem.hypothesis(&choices)?;
-        let start = widen(&model.fitted, &h, &Point::centre(&h, &self.segments));
+        let start = self.point_like(model, &choices)?;
         self.continued(&choices, start, refitting(RETRY))
     }
 }

@@ -401,14 +401,26 @@ impl<'a> Screen<'a> {
         self.with_told_roughness(best)
     }
 
+    /// Where a hypothesis agrees with a model in all that they have in common.
+    ///
+    /// # Errors
+    /// Effects that the FMU does not have.
+    pub(crate) fn point_like(
+        &self,
+        model: &FittedModel,
+        choices: &[Choice],
+    ) -> Result<Point, Error> {
+        let h = self.problem.hypothesis(choices)?;
+        let centre = Point::centre(&h, &self.segments);
+        Ok(widen(&model.fitted, &h, &centre))
+    }
+
     /// A model fitted further with its effects in another order.
     ///
     /// # Errors
     /// An FMU that can't be run.
     pub fn reordered(&self, found: &FittedModel, choices: &[Choice]) -> Result<FittedModel, Error> {
-        let h = self.problem.hypothesis(choices)?;
-        let centre = Point::centre(&h, &self.segments);
-        let start = widen(&found.fitted, &h, &centre);
+        let start = self.point_like(found, choices)?;
         self.fitted(choices, start, refitting(POLISH))
     }
 

@@ -4,14 +4,12 @@
 //! Where none is an answer, single effects, those of the library and pairs are searched for together on short windows, and pairs on
 //! beginnings of the segments where that brings none.
 
-use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::score_test::is_testable;
 use crate::diagnose::initialisation::search_options::{
     BRIEF, CURVE, HIDDEN, STRONG_PRIOR, THOROUGH,
 };
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::{File, is_library_effect};
-use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library, unknown, variants};
 use crate::diagnose::selection::decision::{
@@ -649,9 +647,7 @@ impl Exploration<'_> {
     /// An effect of a pair by itself, from where the pair stands.
     fn half(&self, pair: &FittedModel, choice: &Choice) -> Result<FittedModel, Error> {
         let alone = std::slice::from_ref(choice);
-        let h = self.problem.hypothesis(alone)?;
-        let centre = Point::centre(&h, &self.screen.segments);
-        let start = widen(&pair.fitted, &h, &centre);
+        let start = self.screen.point_like(pair, alone)?;
         self.screen.fitted_from(alone, start)
     }
 

@@ -29,8 +29,6 @@ const SHAPES: usize = 5;
 const FOLLOWED: usize = 12;
 /// ... and at least so many without values along the belt: pairs with such values take up to seven of twelve places where none is hidden.
 const WITHOUT_VALUES: usize = 8;
-/// Exchanges of each effect of a pair that are fitted, of those that explain most ([`super::replacement`]).
-pub(super) const EXCHANGED: usize = 2;
 /// Effects of the library that are fitted on the windows, each alone: at least so many of those that explain most, and up to
 /// [`FOLLOWED`] of those that explain more than the last pair that is followed, or of all where no pairs are formed.
 const ALONE: usize = 4;
