@@ -13,6 +13,7 @@
 //! where the constants are nearly those that made the data. Related: particle filters weight draws by what comes next and keep many
 //! (Doucet, de Freitas and Gordon, Sequential Monte Carlo Methods in Practice, Springer 2001, ch. 1); here one is kept and fitted.
 
+use crate::diagnose::data::segment::Segment;
 use crate::diagnose::data::white_noise::gaussian;
 use crate::diagnose::estimation::fitter::{Fitter, directions, sum_of_squares};
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
@@ -22,7 +23,7 @@ use crate::diagnose::thresholds::STATE_SPREAD;
 use nalgebra::{DMatrix, DVector};
 
 /// Draws: along one direction that is open they lie a tenth of its standard deviation apart.
-const DRAWS: usize = 48;
+pub(crate) const DRAWS: usize = 48;
 /// How many times wider they lie than constants held exactly would have it: these are fitted to segments that were met.
 const WIDER: f64 = 2.0;
 
@@ -32,6 +33,23 @@ pub(crate) struct StartPosterior {
     factor: DMatrix<f64>,
     /// The directions, as indices of the state.
     directions: Vec<usize>,
+}
+
+impl StartPosterior {
+    /// A start state drawn about `centre`.
+    pub(crate) fn draw(&self, centre: &[f64], random: &mut fastrand::Rng, to: &mut [f64]) {
+        let normal = DVector::from_fn(self.directions.len(), |_, _| gaussian(random));
+        let moved = &self.factor * normal;
+        to.copy_from_slice(centre);
+        for (&i, by) in self.directions.iter().zip(&moved) {
+            to[i] += by;
+        }
+    }
+}
+
+/// The random numbers of a segment, the same in each fit.
+pub(crate) fn random_of(segment: &Segment) -> fastrand::Rng {
+    fastrand::Rng::with_seed((segment.run as u64) << 32 | segment.first as u64)
 }
 
 impl Fitter<'_, '_> {
@@ -74,12 +92,7 @@ impl Fitter<'_, '_> {
         let centre = point.states[k].clone();
         let mut best = (self.sum(k, point), centre.clone());
         for _ in 0..DRAWS {
-            let normal = DVector::from_fn(posterior.directions.len(), |_, _| gaussian(random));
-            let moved = &posterior.factor * normal;
-            point.states[k].clone_from(&centre);
-            for (&i, by) in posterior.directions.iter().zip(&moved) {
-                point.states[k][i] += by;
-            }
+            posterior.draw(&centre, random, &mut point.states[k]);
             let sum = self.sum(k, point);
             if sum < best.0 {
                 best = (sum, point.states[k].clone());

@@ -1,5 +1,6 @@
 //! Start states by themselves: others for segments that ended in a wrong basin, and of those that a step leaves behind.
 
+use crate::diagnose::estimation::drawn_starts::random_of;
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fitter::{Fitter, Place, TRIMMED, directions, sum_of_squares};
 use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
@@ -93,9 +94,7 @@ impl Fitter<'_, '_> {
     /// The same where most segments are met: as each share is left for a longer one, starts drawn from what it tells are tried there.
     fn fit_start_by_draws(&mut self, k: usize, point: &mut Point) -> f64 {
         let share = self.options.share;
-        let segment = &self.data.segments[k];
-        let mut random =
-            fastrand::Rng::with_seed((segment.run as u64) << 32 | segment.first as u64);
+        let mut random = random_of(&self.data.segments[k]);
         let mut sum = f64::INFINITY;
         for (number, (part, iterations)) in GROWING.into_iter().enumerate() {
             let of_shorter = match number {
@@ -177,8 +176,8 @@ impl Fitter<'_, '_> {
         sum
     }
 
-    /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once, or
-    /// else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
+    /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once, with `draws`
+    /// also the ends to which draws of its start lead ([`super::carried_starts`]), or else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
     /// `draws` both modes again with these.
     fn find_start(
         &mut self,
@@ -191,14 +190,22 @@ impl Fitter<'_, '_> {
         let segment = &self.data.segments[k];
         let mut best = (f64::INFINITY, point.start(k));
         if k > 0 && self.data.segments[k - 1].run == segment.run && good(self, k - 1, sums[k - 1]) {
-            let _ = self.sum(k - 1, point);
-            if let Ok(start) =
-                self.simulator
-                    .carry_on(segment, &point.shared, &point.per_run[segment.run])
-            {
+            let carried = self.carried_on(k, point);
+            if let Some(start) = carried {
                 point.put(k, start);
                 let sum = self.fit_start(k, point, &GROWING);
                 best = (sum, point.start(k));
+                if good(self, k, sum) {
+                    return best;
+                }
+            }
+            let drawn = draws.then(|| self.drawn_and_carried_on(k, point));
+            if let Some(start) = drawn.flatten() {
+                point.put(k, start);
+                let sum = self.fit_start(k, point, &GROWING[GROWING.len() - 1..]);
+                if sum < best.0 {
+                    best = (sum, point.start(k));
+                }
                 if good(self, k, sum) {
                     return best;
                 }

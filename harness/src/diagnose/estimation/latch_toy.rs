@@ -4,7 +4,8 @@
 //! w(t) = that of the linear toy + JUMP [|x_2 - RATE| > GAP, second half of the first segment only]
 //! ```
 //!
-//! As a break-away does that comes at its time only where the beam moves right inside the stick before.
+//! As a break-away does that comes at its time only where the beam moves right inside the stick before. Where the beginning is not
+//! measured, the segment before tells the rate.
 
 use crate::diagnose::data::segment::Segment;
 use crate::diagnose::data::white_noise::gaussian;
@@ -14,8 +15,9 @@ use crate::diagnose::estimation::jump_toy::{JumpToy, is_first};
 use crate::diagnose::estimation::linear_toy::{LinearToy, NOISE, hypothesis, segments_of};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::simulator::SegmentValues;
+use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
 use crate::diagnose::model::work::Work;
+use crate::error::Error;
 
 /// The slope that made the data, in m/s.
 const RATE: f64 = 1e-3;
@@ -60,4 +62,97 @@ fn a_start_that_derivatives_do_not_find_is_found_by_draws() {
     let (without, with) = (error_of_first(false), error_of_first(true));
     assert!(without > 3.0, "{without} times the noise");
     assert!(with < 1.2, "{with} times the noise");
+}
+
+/// The same with a motion that goes on from one segment to the next.
+struct Lasting<J> {
+    toy: JumpToy<J>,
+    /// Beginning of the segment predicted last, in s, and its state there.
+    last: (f64, [f64; 2]),
+}
+
+impl<J: Fn(&Segment, &SegmentValues) -> Option<(usize, f64)>> Simulator for Lasting<J> {
+    fn predict(
+        &mut self,
+        segment: &Segment,
+        values: SegmentValues,
+        samples: Samples,
+        out: &mut Vec<f64>,
+    ) -> Result<bool, Error> {
+        self.last = (segment.time[0], [values.state[0], values.state[1]]);
+        self.toy.predict(segment, values, samples, out)
+    }
+
+    fn differentiate(
+        &mut self,
+        segment: &Segment,
+        values: SegmentValues,
+        turns: &[Turn],
+        samples: Samples,
+        slopes: &mut Vec<f64>,
+    ) -> bool {
+        self.toy
+            .differentiate(segment, values, turns, samples, slopes)
+    }
+
+    fn carry_on(&mut self, next: &Segment, _: &[f64], _: &[f64]) -> Result<SegmentStart, Error> {
+        let (from, [deflection, rate]) = self.last;
+        Ok(SegmentStart {
+            state: vec![deflection + rate * (next.time[0] - from), rate],
+            stuck: false,
+        })
+    }
+
+    fn limit(&self, run: usize) -> f64 {
+        self.toy.limit(run)
+    }
+}
+
+/// Whether it is the segment after the first.
+fn is_second(segment: &Segment) -> bool {
+    segment.run == 0 && segment.first > 0 && segment.first == segment.time.len()
+}
+
+#[test]
+fn a_start_of_which_the_beginning_tells_little_is_found_from_the_segment_before() {
+    let mut segments = segments_of(|_, t| RATE * t);
+    let mut random = fastrand::Rng::with_seed(1);
+    for segment in &mut segments[..2] {
+        let times = segment.time.iter();
+        let motion = times.map(|t| RATE * t + NOISE * gaussian(&mut random));
+        segment.measured = motion.collect();
+    }
+    let half = segments[1].time.len() / 2;
+    segments[1].trusted[..half].fill(false);
+    segments[1].count = half;
+    let h = hypothesis(1);
+    let work = Work::default();
+    let data = Observations {
+        segments: &segments,
+        noise: &[NOISE; 2],
+        work: &work,
+    };
+    let options = FitOptions {
+        stride: 1,
+        robust: false,
+        ..FitOptions::search(10)
+    };
+    let jump = |segment: &Segment, values: &SegmentValues| {
+        let misses = is_second(segment) && (values.state[1] - RATE).abs() > GAP;
+        misses.then_some((segment.time.len() * 3 / 4, JUMP))
+    };
+    let toy = LinearToy { tangents: true };
+    let mut toy = Lasting {
+        toy: JumpToy { toy, jump },
+        last: (0.0, [0.0; 2]),
+    };
+    let mut fitter = Fitter::new(&mut toy, &h, &data, options);
+    let fit = fitter.run(Point::centre(&h, &segments));
+    let mut point = fit.point.clone();
+    let is_found = fitter.try_carried_on(&mut point);
+    let (without, with) = (fit.mean_square[1], fitter.sum(1, &point) / half as f64);
+    assert!(is_found);
+    let over_noise = |square: f64| square.sqrt() / NOISE;
+    assert!(over_noise(without) > 3.0, "{without:e} m2");
+    assert!(over_noise(with) < 1.2, "{with:e} m2");
 }

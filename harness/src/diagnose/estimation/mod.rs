@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod bent_toy;
+mod carried_starts;
 pub mod drawn_starts;
 pub mod fit;
 pub mod fit_options;

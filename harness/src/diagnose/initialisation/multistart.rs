@@ -89,8 +89,8 @@ pub fn from_nested(
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
-/// The point of a fit with the start states of other fits to the same segments where these bring a segment nearer to the
-/// measurement, each fitted first; `None` where none does.
+/// The point of a fit with the start states of other fits to the same segments, or those that the segment before leads to, where these
+/// bring a segment nearer to the measurement, each fitted first; `None` where none does.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
@@ -115,6 +115,7 @@ pub fn better_starts(
             }
         }
     }
+    any |= fitter.try_carried_on(&mut point);
     Ok(any.then_some(point))
 }
 

@@ -107,6 +107,13 @@ impl Point {
         }
     }
 
+    /// Takes the starts of the segments `list` from a point of these alone.
+    pub fn take_starts(&mut self, list: &[usize], from: &Point) {
+        for (place, &k) in list.iter().enumerate() {
+            self.put(k, from.start(place));
+        }
+    }
+
     /// Sets the start of segment `k`.
     pub fn put(&mut self, k: usize, start: SegmentStart) {
         self.states[k] = start.state;

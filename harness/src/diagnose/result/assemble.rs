@@ -139,10 +139,15 @@ pub fn conclude(
     let kept_out = &steps[last].holdout;
     let is_kept_out = problem.held_out.contains(&true);
     if selection.explained && is_kept_out && !selection.by_hand && !is_small(kept_out) {
-        remarks.push(format!(
-            "The runs kept out contradict this: their error is {:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing.",
-            kept_out.quantile(0.75)
-        ));
+        let over_noise = kept_out.quantile(0.75);
+        remarks.push(match selection.holds_when_fitted {
+            true => format!(
+                "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and down to the noise once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
+            ),
+            false => format!(
+                "The runs kept out contradict this: their error is {over_noise:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing."
+            ),
+        });
     }
     let identifiability = undetermined(fitted);
     remarks.extend(in_words(&identifiability));

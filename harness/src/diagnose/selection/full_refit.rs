@@ -9,7 +9,8 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
-use crate::diagnose::validation::residual_whiteness;
+use crate::diagnose::validation::segment_errors::SegmentErrors;
+use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
 
 /// Jacobians for the last fit of a model that explains the data.
@@ -114,6 +115,38 @@ fn seen_on(
     let options = FitOptions::search(SEEN);
     let fitted = multistart::continued(problem, h, &segments, start, options)?;
     FittedModel::new(problem, model.choices.clone(), fitted, compared, &segments)
+}
+
+/// Errors on the runs kept out of a fit to all segments of the others that is fitted to them too, from where they were judged.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub fn with_runs_kept_out(
+    problem: &Problem,
+    fitted: &FittedHypothesis,
+    judged: &SegmentErrors,
+) -> Result<SegmentErrors, Error> {
+    let h = &fitted.hypothesis;
+    let all: Vec<usize> = (0..problem.segments.len()).collect();
+    let segments = problem.copies(&all);
+    let mut start = Point::centre(h, &segments);
+    let known = &fitted.fit.point;
+    start.shared.clone_from(&known.shared);
+    for (run, is_out) in problem.held_out.iter().enumerate() {
+        let there = if *is_out { &judged.point } else { known };
+        start.per_run[run].clone_from(&there.per_run[run]);
+    }
+    start.take_starts(&problem.fit_segments(1), known);
+    if let Some((out, point)) = &judged.all_segments {
+        start.take_starts(out, point);
+    }
+    let together = multistart::continued(problem, h.clone(), &segments, start, last_options())?;
+    let (_, test) = segment_errors::held_out_segments(problem);
+    Ok(segment_errors::of_fit(
+        problem,
+        &test,
+        &together.fit.of_segments(&test),
+    ))
 }
 
 /// A point with the start states of some of the segments that stand at `all` in the problem's list.

@@ -203,6 +203,7 @@ pub(crate) fn learning() -> FitOptions {
     FitOptions {
         stride: 1,
         shared: false,
+        draws: true,
         ..FitOptions::search(6)
     }
 }

@@ -187,6 +187,7 @@ pub fn held_out_from(
     };
     let options = FitOptions {
         shared: false,
+        draws: care == Care::Thorough,
         ..FitOptions::search(iterations)
     };
     let data = problem.data(&learn_segments);
