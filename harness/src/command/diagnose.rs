@@ -21,15 +21,13 @@ use crate::diagnose::model::unknown_function::{lowest_frequency, unknown_functio
 use crate::diagnose::result::assemble::{conclude, shown};
 use crate::diagnose::result::curve_formula;
 use crate::diagnose::result::diagnosis::{Diagnosis, Rung};
-use crate::diagnose::result::error_ladder::{Step, climb, on_runs_kept_out};
+use crate::diagnose::result::error_ladder::{Step, climb, contradiction};
 use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::run_sets::run_sets;
 use crate::diagnose::selection::discrepancy::{discrepancy, explain_most, of_further};
 use crate::diagnose::selection::elimination::{Before, eliminate};
 use crate::diagnose::selection::fitted_model::is_small;
-use crate::diagnose::selection::select::{
-    OnRunsKeptOut, Selection, calibrate_threshold, gains_by_chance, select,
-};
+use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::TIE;
 use crate::error::Error;
@@ -309,13 +307,12 @@ fn searched<R>(
     let first = problem_with(search.hold_out)?;
     let mut selection = select(&first, watch)?;
     let may_change = search.hold_out == HoldOut::Middle && !watch.stop();
-    let said = match may_change {
-        true => on_runs_kept_out(&first, &selection)?,
-        false => OnRunsKeptOut::Holds,
+    let contradicted = match may_change {
+        true => contradiction(&first, &selection)?,
+        false => None,
     };
-    selection.holds_when_fitted = matches!(said, OnRunsKeptOut::HoldsWhenFitted);
     let mut problem = first;
-    if let OnRunsKeptOut::Contradicts(contradiction) = said {
+    if contradicted.is_some() {
         // A run may be too short to judge anything on it.
         let others = match problem_with(HoldOut::Others) {
             Ok(others) => Some(others).filter(|o| o.held_out != problem.held_out),
@@ -329,7 +326,7 @@ fn searched<R>(
                 selection.stopped = true;
             } else {
                 selection = again;
-                selection.contradicted = Some(contradiction);
+                selection.contradicted = contradicted;
                 problem = others;
             }
         }

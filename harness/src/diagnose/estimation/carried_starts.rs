@@ -12,32 +12,35 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::simulator::SegmentStart;
 
 impl Fitter<'_, '_> {
-    /// Where the motion is at the beginning of segment `k` when it goes on from the segment before; `None` without one in the same run, or
-    /// where the model can't follow it.
+    /// Where the motion is at the beginning of segment `k` when it goes on from the segment before in the same run; `None` without one, or
+    /// where the motion ran away.
     pub(crate) fn carried_on(&mut self, k: usize, point: &Point) -> Option<SegmentStart> {
-        let segments = self.data.segments;
         let before = k.checked_sub(1)?;
-        if segments[before].run != segments[k].run {
+        let (from, to) = (&self.data.segments[before], &self.data.segments[k]);
+        if from.run != to.run {
             return None;
         }
-        self.residual(before, point)?;
-        let own = &point.per_run[segments[k].run];
-        let carried = self
-            .simulator
-            .carry_on(&segments[k], &point.shared, own)
-            .ok()?;
-        carried
-            .state
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(carried)
+        let residual = self.residual(before, point)?;
+        let rows = self.used(from).div_ceil(self.options.stride);
+        if self.predicted(before, &residual) < rows {
+            return None;
+        }
+        let own = &point.per_run[to.run];
+        let carried = self.simulator.carry_on(to, &point.shared, own).ok()?;
+        let is_finite = carried.state.iter().all(|x| x.is_finite());
+        is_finite.then_some(carried)
     }
 
-    /// That of the draws of the start of the segment before with which segment `k` is met best, as it arrives there.
+    /// That of the draws of the start of the segment before with which segment `k` is met best, as it arrives there; `None` where the
+    /// segment before lies further back than it is long, so that a draw would tell nothing.
     pub(crate) fn drawn_and_carried_on(&mut self, k: usize, point: &Point) -> Option<SegmentStart> {
         let before = k.checked_sub(1)?;
+        let (from, to) = (&self.data.segments[before], &self.data.segments[k]);
+        if from.run != to.run || to.first > from.first + 2 * from.time.len() {
+            return None;
+        }
         let posterior = self.start_posterior(before, point)?;
-        let mut random = random_of(&self.data.segments[k]);
+        let mut random = random_of(to);
         let mut trial = point.clone();
         let mut best: Option<(f64, SegmentStart)> = None;
         for _ in 0..DRAWS {
@@ -55,17 +58,19 @@ impl Fitter<'_, '_> {
         best.map(|(_, start)| start)
     }
 
-    /// Tries for each segment the starts that the segment before leads to; whether one lowers a loss by more than chance would.
+    /// Tries for each segment the starts that the segment before leads to, where that is met; whether one lowers a loss by more than chance
+    /// would.
     pub fn try_carried_on(&mut self, point: &mut Point) -> bool {
         let mut any = false;
-        for k in 0..self.data.segments.len() {
-            let Some(start) = self.carried_on(k, point) else {
+        for k in 1..self.data.segments.len() {
+            let sum = self.sum(k - 1, point);
+            if self.likelihood(k - 1).is_lost(sum) {
                 continue;
-            };
-            any |= self.try_start(k, point, start);
-            if let Some(start) = self.drawn_and_carried_on(k, point) {
-                any |= self.try_start(k, point, start);
             }
+            let carried = self.carried_on(k, point);
+            any |= carried.is_some_and(|start| self.try_start(k, point, start));
+            let drawn = self.drawn_and_carried_on(k, point);
+            any |= drawn.is_some_and(|start| self.try_start(k, point, start));
         }
         any
     }

@@ -29,7 +29,8 @@ pub struct FitOptions {
     pub shared: bool,
     /// Whether segments that start in the wrong basin get other starts.
     pub reinitialise: bool,
-    /// Whether other starts are drawn for them too, where most segments are met ([`super::drawn_starts`]): for what is fitted to its end.
+    /// Whether other starts are drawn for them too, where most segments are met ([`super::drawn_starts`], [`super::carried_starts`]): for
+    /// what is fitted to its end, and for runs kept out.
     pub draws: bool,
     /// How many times more than the residuals' count suggests the reference model's own parameters are held to what is
     /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.

@@ -176,8 +176,8 @@ impl Fitter<'_, '_> {
         sum
     }
 
-    /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once, with `draws`
-    /// also the ends to which draws of its start lead ([`super::carried_starts`]), or else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
+    /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once; with `draws`
+    /// the best end to which draws of its start lead ([`super::carried_starts`]), fitted to the whole segment; or else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
     /// `draws` both modes again with these.
     fn find_start(
         &mut self,

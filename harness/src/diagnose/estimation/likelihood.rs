@@ -38,6 +38,11 @@ impl Likelihood {
         }
     }
 
+    /// Whether a sum of squares in m^2 is more than noise alone may have made.
+    pub fn is_lost(self, sum: f64) -> bool {
+        !(sum / self.variance <= self.bound)
+    }
+
     /// Negative logarithm, in nats, at a sum of squares in m^2.
     pub fn loss(self, sum: f64) -> f64 {
         let x = sum / self.variance;

@@ -89,8 +89,8 @@ pub fn from_nested(
     Ok(FittedHypothesis { hypothesis, fit })
 }
 
-/// The point of a fit with the start states of other fits to the same segments, or those that the segment before leads to, where these
-/// bring a segment nearer to the measurement, each fitted first; `None` where none does.
+/// The point of a fit with the start states of other fits to the same segments, if `carried` also those that the segment before leads to,
+/// where these bring a segment nearer to the measurement, each fitted first; `None` where none does.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
@@ -100,6 +100,7 @@ pub fn better_starts(
     fitted: &FittedHypothesis,
     others: &[&FittedHypothesis],
     options: FitOptions,
+    carried: bool,
 ) -> Result<Option<Point>, Error> {
     let h = &fitted.hypothesis;
     let data = problem.data(segments);
@@ -115,7 +116,9 @@ pub fn better_starts(
             }
         }
     }
-    any |= fitter.try_carried_on(&mut point);
+    if carried {
+        any |= fitter.try_carried_on(&mut point);
+    }
     Ok(any.then_some(point))
 }
 

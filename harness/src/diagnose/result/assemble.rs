@@ -19,6 +19,7 @@ use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
 use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
+use crate::diagnose::selection::full_refit::meets_runs_kept_out;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
 use crate::diagnose::thresholds::SEARCHED;
@@ -140,7 +141,7 @@ pub fn conclude(
     let is_kept_out = problem.held_out.contains(&true);
     if selection.explained && is_kept_out && !selection.by_hand && !is_small(kept_out) {
         let over_noise = kept_out.quantile(0.75);
-        remarks.push(match selection.holds_when_fitted {
+        remarks.push(match meets_runs_kept_out(problem, fitted, kept_out)? {
             true => format!(
                 "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and down to the noise once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
             ),

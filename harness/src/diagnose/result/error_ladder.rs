@@ -7,7 +7,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::select::{Contradiction, OnRunsKeptOut, Selection};
+use crate::diagnose::selection::select::{Contradiction, Selection};
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
@@ -64,40 +64,36 @@ impl Step {
     }
 }
 
-/// Whether what a selection names, or that nothing is missing, holds on the runs kept out: its error there is down to the noise, or a fit to
-/// all runs brings it down. Where only that does, the constants were off, of which the runs fitted show too little, and not the physics.
+/// Whether what a selection names, or that nothing is missing, does not hold on the runs kept out: its error there is not down to the noise,
+/// nor do other constants bring it down. `None` where it holds, where it explains nothing, and where no run was kept out.
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub fn on_runs_kept_out(problem: &Problem, selection: &Selection) -> Result<OnRunsKeptOut, Error> {
+pub fn contradiction(
+    problem: &Problem,
+    selection: &Selection,
+) -> Result<Option<Contradiction>, Error> {
     let out = problem.held_out.iter().zip(&problem.campaign.runs);
     let runs: Vec<String> = out
         .filter(|(is_out, _)| **is_out)
         .map(|(_, run)| run.name.clone())
         .collect();
     if !selection.explained || runs.is_empty() {
-        return Ok(OnRunsKeptOut::Holds);
+        return Ok(None);
     }
     let named = selection.path.last().unwrap_or(&selection.calibrated);
     let fitted = named.full_refit.as_ref().unwrap_or(&named.fitted);
     if is_small(&segment_errors::held_out(problem, fitted, Care::Thorough)?) {
-        return Ok(OnRunsKeptOut::Holds);
+        return Ok(None);
     }
     // What is their own may have been looked for in vain: as the report judges.
     let steps = climb(problem, selection)?;
     let step = steps.last().expect("the calibrated model at least");
     let judged = &step.holdout;
-    if is_small(judged) {
-        return Ok(OnRunsKeptOut::Holds);
+    if is_small(judged) || full_refit::meets_runs_kept_out(problem, &step.fitted, judged)? {
+        return Ok(None);
     }
-    if is_small(&full_refit::with_runs_kept_out(
-        problem,
-        &step.fitted,
-        judged,
-    )?) {
-        return Ok(OnRunsKeptOut::HoldsWhenFitted);
-    }
-    Ok(OnRunsKeptOut::Contradicts(Contradiction {
+    Ok(Some(Contradiction {
         answer: match named.choices.is_empty() {
             true => "nothing is missing".to_owned(),
             false => name(problem, &named.choices),

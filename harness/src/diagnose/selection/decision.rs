@@ -159,7 +159,7 @@ fn bring_together(
             handed_on[i] = evidence(i).expect("finalists are fitted to all");
         }
         refit_from_larger(problem, models, finalists, &improved)?;
-        share_starts(problem, models, finalists)?;
+        share_starts(problem, models, finalists, &improved)?;
     }
 }
 
@@ -198,12 +198,13 @@ fn refit_from_larger(
     Ok(())
 }
 
-/// Tries in each finalist the start states of the others, segment by segment, and fits it further where that helps: a segment
-/// that one fit met and another lost would else be counted as evidence.
+/// Tries in each finalist the start states of the others, segment by segment, in those of `changed` those that the segment before leads to,
+/// and fits it further where that helps: a segment that one fit met and another lost would else be counted as evidence.
 pub(crate) fn share_starts(
     problem: &Problem,
     models: &mut [&mut FittedModel],
     finalists: &[usize],
+    changed: &[usize],
 ) -> Result<(), Error> {
     let segments = problem.copies(&problem.fit_segments(1));
     let fits: Vec<&FittedHypothesis> = finalists
@@ -220,7 +221,8 @@ pub(crate) fn share_starts(
         let others = (0..fits.len()).filter(|&i| i != mine).map(|i| fits[i]);
         let others: Vec<&FittedHypothesis> = others.collect();
         let options = full_refit::last_options();
-        let start = better_starts(problem, &segments, fits[mine], &others, options)?;
+        let is_changed = changed.contains(&finalists[mine]);
+        let start = better_starts(problem, &segments, fits[mine], &others, options, is_changed)?;
         let h = fits[mine].hypothesis.clone();
         start
             .map(|start| continued(problem, h, &segments, start, options))

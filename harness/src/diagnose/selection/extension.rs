@@ -123,7 +123,7 @@ pub(crate) fn extend(
     }
     let mut models: Vec<&mut FittedModel> = out.fitted.iter_mut().collect();
     let places: Vec<usize> = (0..models.len()).collect();
-    share_starts(problem, &mut models, &places)?;
+    share_starts(problem, &mut models, &places, &places)?;
     Ok(Some(out))
 }
 

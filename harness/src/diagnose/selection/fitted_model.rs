@@ -203,11 +203,6 @@ pub(crate) fn effects_of<'c>(choices: impl IntoIterator<Item = &'c Choice>) -> V
     effects
 }
 
-/// Whether two lists choose the same effects in the same forms, in whatever order.
-pub(crate) fn are_same(some: &[Choice], others: &[Choice]) -> bool {
-    some.len() == others.len() && some.iter().all(|c| others.contains(c))
-}
-
 /// The name of a hypothesis: its effects.
 pub fn name(problem: &Problem, choices: &[Choice]) -> String {
     choices
@@ -215,22 +210,4 @@ pub fn name(problem: &Problem, choices: &[Choice]) -> String {
         .map(|c| problem.catalogue[c.effect].id.as_str())
         .collect::<Vec<_>>()
         .join(" + ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hypothesis_is_the_same_in_whatever_order_its_effects_stand() {
-        let choice = |effect, setting| Choice {
-            settings: vec![(0, setting)],
-            ..Choice::of(effect)
-        };
-        let pair = [choice(3, 1.0), choice(5, 2.0)];
-        let turned = [pair[1].clone(), pair[0].clone()];
-        assert!(are_same(&pair, &turned));
-        assert!(!are_same(&pair, &turned[..1]));
-        assert!(!are_same(&pair, &[choice(3, 1.0), choice(5, 1.0)]));
-    }
 }

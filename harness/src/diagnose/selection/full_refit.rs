@@ -6,7 +6,7 @@ use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::fitted_model::{FittedModel, is_small};
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -30,6 +30,14 @@ pub fn last_options() -> FitOptions {
         patience: 2,
         stride: 1,
         robust: false,
+        draws: true,
+        ..FitOptions::search(REFIT)
+    }
+}
+
+/// The options of the fit before it, while single segments may still be far off.
+fn leading_in() -> FitOptions {
+    FitOptions {
         draws: true,
         ..FitOptions::search(REFIT)
     }
@@ -66,11 +74,7 @@ pub fn refit(
         );
     }
     // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
-    let leading_in = FitOptions {
-        draws: true,
-        ..FitOptions::search(REFIT)
-    };
-    let near = multistart::settled(problem, h, segments, start, leading_in)?;
+    let near = multistart::settled(problem, h, segments, start, leading_in())?;
     multistart::continued(
         problem,
         near.hypothesis,
@@ -117,16 +121,22 @@ fn seen_on(
     FittedModel::new(problem, model.choices.clone(), fitted, compared, &segments)
 }
 
-/// Errors on the runs kept out of a fit to all segments of the others that is fitted to them too, from where they were judged.
+/// Whether a model fitted to all segments of the runs fitted also meets the runs kept out once it is fitted to them too: then its constants
+/// were off, of which the runs fitted show too little, and not the physics. It has to stand on all of them ([`stands`]). A profile, of
+/// which each run has its own values, meets what it is fitted to whatever the physics: of that nothing is known.
 ///
 /// # Errors
 /// An FMU that can't be run.
-pub fn with_runs_kept_out(
+pub fn meets_runs_kept_out(
     problem: &Problem,
     fitted: &FittedHypothesis,
     judged: &SegmentErrors,
-) -> Result<SegmentErrors, Error> {
+) -> Result<bool, Error> {
     let h = &fitted.hypothesis;
+    let has_profile = h.per_run.iter().flatten().any(|p| p.support.is_some());
+    if has_profile || judged.ratio.is_empty() {
+        return Ok(false);
+    }
     let all: Vec<usize> = (0..problem.segments.len()).collect();
     let segments = problem.copies(&all);
     let mut start = Point::centre(h, &segments);
@@ -140,13 +150,20 @@ pub fn with_runs_kept_out(
     if let Some((out, point)) = &judged.all_segments {
         start.take_starts(out, point);
     }
-    let together = multistart::continued(problem, h.clone(), &segments, start, last_options())?;
+    let continued =
+        |start, options| multistart::continued(problem, h.clone(), &segments, start, options);
+    let near = continued(start, leading_in())?;
+    let together = continued(near.fit.point, last_options())?;
+    let meets = |some: &[usize]| {
+        is_small(&segment_errors::of_fit(
+            problem,
+            some,
+            &together.fit.of_segments(some),
+        ))
+    };
     let (_, test) = segment_errors::held_out_segments(problem);
-    Ok(segment_errors::of_fit(
-        problem,
-        &test,
-        &together.fit.of_segments(&test),
-    ))
+    let is_met = meets(&test) && meets(&problem.fit_segments(1));
+    Ok(is_met && !is_bent_or_coloured(problem, &segments, &together)?)
 }
 
 /// A point with the start states of some of the segments that stand at `all` in the problem's list.
@@ -172,8 +189,17 @@ pub(crate) fn put(
     segments: &[Segment],
     fitted: FittedHypothesis,
 ) -> Result<(), Error> {
-    let spectral_ratio = residual_whiteness::spectral_ratio(problem, segments, &fitted)?;
-    model.is_refuted = prior_conflict(&fitted).is_some() || spectral_ratio > MOST_SPECTRAL_RATIO;
+    model.is_refuted = is_bent_or_coloured(problem, segments, &fitted)?;
     model.full_refit = Some(fitted);
     Ok(())
+}
+
+/// Whether a fit bends the structure or leaves what is not white.
+fn is_bent_or_coloured(
+    problem: &Problem,
+    segments: &[Segment],
+    fitted: &FittedHypothesis,
+) -> Result<bool, Error> {
+    let spectral_ratio = residual_whiteness::spectral_ratio(problem, segments, fitted)?;
+    Ok(prior_conflict(fitted).is_some() || spectral_ratio > MOST_SPECTRAL_RATIO)
 }

@@ -12,7 +12,7 @@ use crate::diagnose::initialisation::search_options::SearchOptions;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::{FittedModel, are_same, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::lost_runs::without_loss;
 use crate::error::Error;
@@ -209,10 +209,7 @@ impl<'a> Screen<'a> {
     /// Keeps for each hypothesis the better of two fits.
     pub fn keep_better(&self, models: &mut Vec<FittedModel>, others: Vec<FittedModel>) {
         for other in others {
-            match models
-                .iter_mut()
-                .find(|c| are_same(&c.choices, &other.choices))
-            {
+            match models.iter_mut().find(|c| c.choices == other.choices) {
                 Some(mine) if other.is_better_fit(mine) => *mine = other,
                 Some(mine) => mine.is_passed_over &= other.is_passed_over,
                 None => models.push(other),

@@ -275,7 +275,7 @@ impl Exploration<'_> {
             }
             let standing = (0..close.len()).filter(|&i| close[i].reaches_floor());
             let standing: Vec<usize> = standing.collect();
-            share_starts(self.problem, &mut close, &standing)?;
+            share_starts(self.problem, &mut close, &standing, &standing)?;
             if !standing.is_empty() || self.watch.stop() {
                 return Ok(());
             }

@@ -52,16 +52,6 @@ pub struct Contradiction {
     pub over_noise: f64,
 }
 
-/// What the runs kept out say of an answer.
-pub enum OnRunsKeptOut {
-    /// It holds there, or nothing is known: it explains nothing, or no run was kept out.
-    Holds,
-    /// It holds there once these runs are fitted too.
-    HoldsWhenFitted,
-    /// It does not.
-    Contradicts(Contradiction),
-}
-
 /// All that a selection found.
 pub struct Selection {
     /// The reference model with nominal values, judged with start states fitted.
@@ -96,8 +86,6 @@ pub struct Selection {
     pub is_incomplete: bool,
     /// What was found first and did not hold on the runs kept out then, which are fitted now.
     pub contradicted: Option<Contradiction>,
-    /// Whether what was found meets the runs kept out only once they are fitted too.
-    pub holds_when_fitted: bool,
     /// Whether it was stopped before its end.
     pub stopped: bool,
     /// Whether the effects were named by hand, so that no other was tried.
@@ -284,7 +272,6 @@ pub fn select(problem: &Problem, watch: &dyn Watch) -> Result<Selection, Error> 
         is_incomplete: false,
         beyond,
         contradicted: None,
-        holds_when_fitted: false,
         stopped,
         by_hand: false,
         threshold: -log_prior(problem, 1),
@@ -463,7 +450,6 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         beyond: None,
         is_incomplete: false,
         contradicted: None,
-        holds_when_fitted: false,
         stopped: path.len() < effects.len(),
         by_hand: true,
         path,
