@@ -11,7 +11,7 @@ use crate::diagnose::estimation::fitter::{Fitter, directions};
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::estimation::sensitivities::{Linear, Turned};
 use crate::diagnose::initialisation::response_spectrum;
-use crate::diagnose::initialisation::score_test::{At, one_step};
+use crate::diagnose::initialisation::score_test::{At, BARELY_ON, one_step};
 use crate::diagnose::initialisation::starts::{at as on_line, resonance_ratios, shape_grid};
 use crate::diagnose::initialisation::subset_regression::{Change, Effect};
 use crate::diagnose::model::belt_profile::{is_profile, tried_lengths};
@@ -26,8 +26,6 @@ use crate::fmu::effect_card::{EffectCard, Role};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 
-/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
-const BARELY_ON: f64 = 1e-3;
 /// Strengths met in practice, as factors on the typical one, of what can't be negative; of what can, the typical one to both sides.
 const STRENGTHS: [f64; 3] = [1.0, 0.2, 5.0];
 /// Lines of what repeats that are looked at.

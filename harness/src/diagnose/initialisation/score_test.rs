@@ -28,8 +28,10 @@ use crate::fmu::effect_card::{EffectCard, Role};
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
-/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning.
-const BARELY_ON: f64 = 1e-3;
+/// Strength at which derivatives are taken, as a share of the typical one: without any, shapes have no meaning. A typical strength changes a
+/// prediction by up to a thousand times the noise, this share of it by less than [`UNSEEN`]: what an effect does beyond what other
+/// constants do may be no more than how its derivative changes by a thousandth of the typical strength.
+pub(crate) const BARELY_ON: f64 = 1e-6;
 /// Lines of the screen's spectrum that are tested on all data: what is worth its price there stands out of the noise's lines on a part
 /// of them, but not always above all of these.
 const SEEN_LINES: usize = 5;
