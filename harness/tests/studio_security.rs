@@ -1,5 +1,5 @@
 //! Who the studio lets in, and what it gives away: by requests with a wrong token, Host, Origin, path and size. What it
-//! says of bad input, while it lives on. And what it draws of each quantity that a sensor may read.
+//! says of bad input, of a full disk and where there is no browser, while it lives on. And what it draws of each quantity that a sensor may read.
 
 mod rig;
 
@@ -25,13 +25,18 @@ fn demo() -> PathBuf {
 
 impl Studio {
     fn of(campaign: &Path) -> Studio {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+        command.args(["studio", "--no-open", "-o", "out"]);
+        command.stderr(Stdio::null());
+        Self::started(command.arg(campaign))
+    }
+
+    /// The studio that a command starts, in a folder of its own.
+    fn started(command: &mut Command) -> Studio {
         let folder = tempfile::tempdir().unwrap();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
-            .args(["studio", "--no-open", "-o", "out"])
-            .arg(campaign)
+        let mut child = command
             .current_dir(folder.path())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let mut line = String::new();
@@ -387,6 +392,61 @@ fn a_port_in_use_is_said_before_any_work() {
         said.contains(&port.to_string()) && said.contains("--port"),
         "{said}"
     );
+}
+
+#[test]
+fn without_a_browser_the_address_is_told_and_the_page_served() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+    let nothing_installed = tempfile::tempdir().unwrap();
+    command
+        .args(["studio", "-o", "out"])
+        .arg(demo())
+        .env_clear()
+        .env("PATH", nothing_installed.path())
+        .stderr(Stdio::piped());
+    let mut studio = Studio::started(&mut command);
+    let (status, page) = studio.own("");
+    assert_eq!(status, 200, "{page}");
+    studio.child.kill().unwrap();
+    let mut said = String::new();
+    let mut errors = studio.child.stderr.take().unwrap();
+    errors.read_to_string(&mut said).unwrap();
+    assert!(
+        said.contains("No browser could be opened") && said.contains("open the address above"),
+        "{said}"
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_can_not_be_written_is_said_and_the_server_lives() {
+    let mut command = Command::new("sh");
+    // A write beyond the limit below fails as on a full disk, and does not end the process.
+    command
+        .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\""])
+        .arg(env!("CARGO_BIN_EXE_stickslip"))
+        .args(["studio", "--no-open", "-o", "out"])
+        .arg(demo())
+        .stderr(Stdio::null());
+    let studio = Studio::started(&mut command);
+    let limited = Command::new("prlimit")
+        .args(["--pid", &studio.child.id().to_string(), "--fsize=64"])
+        .status()
+        .unwrap();
+    assert!(limited.success());
+    let keep = json!({ "kind": "keep", "draft": nothing(), "base": 0, "name": "mine" });
+    assert_eq!(studio.post("api/work", &keep.to_string()).0, 200);
+    let board = studio.wait_until("the trouble", |board| board["trouble"].is_string());
+    let trouble = board["trouble"].as_str().unwrap();
+    assert!(trouble.contains("studio.json"), "{trouble}");
+    assert_eq!(board["rungs"].as_array().unwrap().len(), 2, "{board}");
+    // What was written before is there in full.
+    let written = std::fs::read_to_string(studio.folder.path().join("out/studio.json"));
+    if let Ok(text) = written {
+        let _: Value = serde_json::from_str(&text).unwrap();
+    }
+    let (status, answer) = studio.predict(&nothing(), false);
+    assert_eq!(status, 200, "{answer}");
 }
 
 /// Root mean square difference of two series where both are known, over the standard deviation of the second.
