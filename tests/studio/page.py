@@ -244,6 +244,18 @@ def main():
         expect(second.locator("#effect-quadratic_drag")).to_be_checked(timeout=WAIT)
         second.close()
 
+        # Diagnose, the whole: what was found is said, has its files and is a rung.
+        page.locator("#diagnose").click()
+        expect(page.locator("#work")).to_be_visible(timeout=WAIT)
+        expect(page.locator("#outcome a", has_text="diagnosis.json")).to_be_visible(timeout=WAIT)
+        expect(page.locator("#outcome")).to_contain_text("Missing: belt_periodic_friction")
+        expect(page.locator("#ladder tbody tr")).to_have_count(4)
+        expect(page.locator("#effect-belt_periodic_friction")).to_be_checked()
+        expect(page.locator("#effect-quadratic_drag")).not_to_be_checked()
+        settled(page)
+        assert error(page) < 1, f"diagnosed {error(page)} %"
+        picture(page, "diagnosed")
+
         # A file is dropped on the page; the dialog leads to a campaign.
         data = Path(CAMPAIGN, "run01.csv").read_text()
         page.evaluate(

@@ -207,6 +207,9 @@ pub fn careful(
                     fit.point.put(k, grown.point.start(k));
                 }
             }
+            if fitter.try_carried_on(&mut fit.point) {
+                fit = fitter.follow_initial_states(fit.point, 0);
+            }
         }
         Ok((fit.point, fit.mean_square))
     })

@@ -6,11 +6,13 @@ use crate::command::repaired_model::file_name;
 use crate::command::studio::desk::Desk;
 use crate::command::studio::ladder::Origin;
 use crate::command::studio::model::{Draft, bounds, hypothesis};
+use crate::command::studio::preview::careful;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::error::Error;
 use crate::output::make_folder;
 use crate::watch::{Stage, Watch};
+use std::sync::atomic::AtomicBool;
 
 /// Folder of its files.
 const FOLDER: &str = "diagnosis";
@@ -62,7 +64,16 @@ pub fn diagnose(bench: &Bench) -> Result<Finding, Error> {
             format!("diagnosis: {}", ids.join(" + "))
         }
     };
-    let kept = keep(bench, &draft, first, (Origin::Diagnosis, name), None)?;
+    // It may be far from the model given, from which its segments would start.
+    let never = AtomicBool::new(false);
+    let reached = careful(bench.problem, &draft, None, &never)?;
+    let kept = keep(
+        bench,
+        &draft,
+        first,
+        (Origin::Diagnosis, name),
+        reached.as_ref(),
+    )?;
     let Finding::Rung { id, .. } = kept else {
         return Ok(kept);
     };
