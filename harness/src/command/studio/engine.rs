@@ -15,7 +15,7 @@ use super::desk::{Ask, Desk, Order, closed};
 use super::dropped::CAMPAIGNS;
 use super::ladder::{Ladder, Origin, Rung};
 use super::model::{Draft, hypothesis, point};
-use super::preview::{Base, Errors, careful, quick};
+use super::preview::{Base, Errors, careful, careful_to_its_end, quick};
 use super::work::{Bench, as_fitted, forecast_error, work};
 use crate::command::{given_campaign, pack};
 use crate::diagnose::model::library;
@@ -263,9 +263,8 @@ fn history(
             return Ok((ladder, Some(changed.into())));
         }
     }
-    let never = AtomicBool::new(false);
     let draft = Draft::default();
-    let given = careful(problem, &draft, None, &never)?.expect("nothing supersedes it");
+    let given = careful_to_its_end(problem, &draft, None)?;
     let first = Rung {
         id: 0,
         name: "as given".into(),
@@ -382,15 +381,13 @@ fn base_of(
         return Ok(bases[i].2.clone());
     }
     let h = hypothesis(bench.problem, &rung.draft)?;
-    let never = AtomicBool::new(false);
     let base = match &rung.starts {
         Some(starts) => {
             let there = point(bench.problem, &h, &rung.draft, Some((&h, starts)))?;
             Base::at(bench.problem, h, &there)?
         }
         None => {
-            let there = careful(bench.problem, &rung.draft, None, &never)?;
-            let there = there.expect("nothing supersedes it");
+            let there = careful_to_its_end(bench.problem, &rung.draft, None)?;
             Base::at(bench.problem, there.hypothesis, &there.point)?
         }
     };

@@ -215,6 +215,20 @@ pub fn careful(
     })
 }
 
+/// [`careful`] for what nothing supersedes.
+///
+/// # Errors
+/// As [`quick`].
+pub fn careful_to_its_end(
+    problem: &Problem,
+    draft: &Draft,
+    from: Option<(&Hypothesis, &Starts)>,
+) -> Result<Predicted, Error> {
+    let never = AtomicBool::new(false);
+    let predicted = careful(problem, draft, from, &never)?;
+    Ok(predicted.expect("nothing supersedes it"))
+}
+
 /// Work on the segments of a part: what is reached from a start, and the mean square residuals.
 type PartDone = (Point, Vec<f64>);
 

@@ -5,7 +5,6 @@ mod fitting;
 mod scoring;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +12,7 @@ use super::desk::Desk;
 use super::export;
 use super::ladder::{Origin, Rung};
 use super::model::{Draft, Starts, hypothesis};
-use super::preview::{Predicted, careful};
+use super::preview::{Predicted, careful_to_its_end};
 use crate::diagnose::estimation::fit::{Fit, FittedHypothesis};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::forecast::forecasts;
@@ -179,9 +178,7 @@ pub fn starts_of(
 pub fn settled(bench: &Bench, draft: &Draft, base: u64) -> Result<Predicted, Error> {
     let from = starts_of(bench, base)?;
     let from = from.as_ref().map(|(h, starts)| (h, starts));
-    let never = AtomicBool::new(false);
-    let predicted = careful(bench.problem, draft, from, &never)?;
-    Ok(predicted.expect("nothing supersedes it"))
+    careful_to_its_end(bench.problem, draft, from)
 }
 
 /// The hypothesis and fit that a prediction stands for.
@@ -207,9 +204,7 @@ pub fn keep(
     let predicted = match reached {
         Some(reached) => {
             let starts = reached.starts();
-            let never = AtomicBool::new(false);
-            let from = Some((&reached.hypothesis, &starts));
-            careful(problem, draft, from, &never)?.expect("nothing supersedes it")
+            careful_to_its_end(problem, draft, Some((&reached.hypothesis, &starts)))?
         }
         None => settled(bench, draft, base)?,
     };

@@ -177,8 +177,9 @@ impl Fitter<'_, '_> {
     }
 
     /// The best of other starts for segment `k`: the end of the segment before, followed to the end of the segment at once; with `draws`
-    /// the best end to which draws of its start lead ([`super::carried_starts`]), fitted to the whole segment; or else the smoothed state in either mode of the contact, the better over the beginning followed to the end; where none is good, with
-    /// `draws` both modes again with these.
+    /// the best end to which draws of its start lead ([`super::carried_starts`]), fitted to the whole segment; or else the smoothed state
+    /// in either mode of the contact, the better over the beginning followed to the end; where none is good, with `draws` both modes
+    /// again with draws from the beginning.
     fn find_start(
         &mut self,
         k: usize,
@@ -190,19 +191,20 @@ impl Fitter<'_, '_> {
         let segment = &self.data.segments[k];
         let mut best = (f64::INFINITY, point.start(k));
         if k > 0 && self.data.segments[k - 1].run == segment.run && good(self, k - 1, sums[k - 1]) {
-            let carried = self.carried_on(k, point);
-            if let Some(start) = carried {
+            for drawn in [false, true] {
+                let (start, growing) = match drawn {
+                    false => (self.carried_on(k, point), &GROWING[..]),
+                    true if draws => (
+                        self.drawn_and_carried_on(k, point),
+                        &GROWING[GROWING.len() - 1..],
+                    ),
+                    true => break,
+                };
+                let Some(start) = start else {
+                    continue;
+                };
                 point.put(k, start);
-                let sum = self.fit_start(k, point, &GROWING);
-                best = (sum, point.start(k));
-                if good(self, k, sum) {
-                    return best;
-                }
-            }
-            let drawn = draws.then(|| self.drawn_and_carried_on(k, point));
-            if let Some(start) = drawn.flatten() {
-                point.put(k, start);
-                let sum = self.fit_start(k, point, &GROWING[GROWING.len() - 1..]);
+                let sum = self.fit_start(k, point, growing);
                 if sum < best.0 {
                     best = (sum, point.start(k));
                 }

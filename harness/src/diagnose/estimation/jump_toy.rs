@@ -79,7 +79,7 @@ fn val_a_segment_that_jumps_does_not_bar_the_way() {
     h.shared[0].prior_std = 1e-3;
     let start = Point::centre(&h, &segments);
     let mut toy = JumpToy {
-        toy: LinearToy { tangents: true },
+        toy: LinearToy::new(true),
         jump: |segment: &Segment, values: &SegmentValues| {
             let jumps = is_first(segment) && values.shared[0] > EDGE;
             jumps.then_some((0, JUMP))

@@ -15,9 +15,8 @@ use crate::diagnose::estimation::jump_toy::{JumpToy, is_first};
 use crate::diagnose::estimation::linear_toy::{LinearToy, NOISE, hypothesis, segments_of};
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Simulator, Turn};
+use crate::diagnose::model::simulator::SegmentValues;
 use crate::diagnose::model::work::Work;
-use crate::error::Error;
 
 /// The slope that made the data, in m/s.
 const RATE: f64 = 1e-3;
@@ -28,13 +27,30 @@ const NARROW: f64 = 1e-6;
 /// How far it jumps, in m.
 const JUMP: f64 = 40.0 * NOISE;
 
+/// Segments of which the first ones, so many, are measured on one motion.
+fn lasting(count: usize, seed: u64) -> Vec<Segment> {
+    let mut segments = segments_of(|_, t| RATE * t);
+    let mut random = fastrand::Rng::with_seed(seed);
+    for segment in &mut segments[..count] {
+        let times = segment.time.iter();
+        let motion = times.map(|t| RATE * t + NOISE * gaussian(&mut random));
+        segment.measured = motion.collect();
+    }
+    segments
+}
+
+fn options(draws: bool) -> FitOptions {
+    FitOptions {
+        stride: 1,
+        robust: false,
+        draws,
+        ..FitOptions::search(10)
+    }
+}
+
 /// Root-mean-square error of the first segment over the noise after a fit with or without draws.
 fn error_of_first(draws: bool) -> f64 {
-    let mut segments = segments_of(|_, t| RATE * t);
-    let mut random = fastrand::Rng::with_seed(1);
-    let times = segments[0].time.iter();
-    let motion = times.map(|t| RATE * t + NOISE * gaussian(&mut random));
-    segments[0].measured = motion.collect();
+    let segments = lasting(1, 1);
     let h = hypothesis(1);
     let work = Work::default();
     let data = Observations {
@@ -42,20 +58,14 @@ fn error_of_first(draws: bool) -> f64 {
         noise: &[NOISE; 2],
         work: &work,
     };
-    let options = FitOptions {
-        stride: 1,
-        robust: false,
-        draws,
-        ..FitOptions::search(10)
-    };
     let mut toy = JumpToy {
-        toy: LinearToy { tangents: true },
+        toy: LinearToy::new(true),
         jump: |segment: &Segment, values: &SegmentValues| {
             let misses = is_first(segment) && (values.state[1] - RATE).abs() > GAP;
             misses.then_some((segment.time.len() / 2, JUMP))
         },
     };
-    let fit = Fitter::new(&mut toy, &h, &data, options).run(Point::centre(&h, &segments));
+    let fit = Fitter::new(&mut toy, &h, &data, options(draws)).run(Point::centre(&h, &segments));
     fit.mean_square[0].sqrt() / NOISE
 }
 
@@ -66,50 +76,6 @@ fn a_start_that_derivatives_do_not_find_is_found_by_draws() {
     assert!(with < 1.2, "{with} times the noise");
 }
 
-/// The same with a motion that goes on from one segment to the next.
-struct Lasting<J> {
-    toy: JumpToy<J>,
-    /// Beginning of the segment predicted last, in s, and its state there.
-    last: (f64, [f64; 2]),
-}
-
-impl<J: Fn(&Segment, &SegmentValues) -> Option<(usize, f64)>> Simulator for Lasting<J> {
-    fn predict(
-        &mut self,
-        segment: &Segment,
-        values: SegmentValues,
-        samples: Samples,
-        out: &mut Vec<f64>,
-    ) -> Result<bool, Error> {
-        self.last = (segment.time[0], [values.state[0], values.state[1]]);
-        self.toy.predict(segment, values, samples, out)
-    }
-
-    fn differentiate(
-        &mut self,
-        segment: &Segment,
-        values: SegmentValues,
-        turns: &[Turn],
-        samples: Samples,
-        slopes: &mut Vec<f64>,
-    ) -> bool {
-        self.toy
-            .differentiate(segment, values, turns, samples, slopes)
-    }
-
-    fn carry_on(&mut self, next: &Segment, _: &[f64], _: &[f64]) -> Result<SegmentStart, Error> {
-        let (from, [deflection, rate]) = self.last;
-        Ok(SegmentStart {
-            state: vec![deflection + rate * (next.time[0] - from), rate],
-            stuck: false,
-        })
-    }
-
-    fn limit(&self, run: usize) -> f64 {
-        self.toy.limit(run)
-    }
-}
-
 /// Whether it is the segment after the first.
 fn is_second(segment: &Segment) -> bool {
     segment.run == 0 && segment.first > 0 && segment.first == segment.time.len()
@@ -117,13 +83,7 @@ fn is_second(segment: &Segment) -> bool {
 
 #[test]
 fn a_start_of_which_the_beginning_tells_little_is_found_from_the_segment_before() {
-    let mut segments = segments_of(|_, t| RATE * t);
-    let mut random = fastrand::Rng::with_seed(3);
-    for segment in &mut segments[..2] {
-        let times = segment.time.iter();
-        let motion = times.map(|t| RATE * t + NOISE * gaussian(&mut random));
-        segment.measured = motion.collect();
-    }
+    let mut segments = lasting(2, 3);
     let half = segments[1].time.len() / 2;
     segments[1].trusted[..half].fill(false);
     segments[1].count = half;
@@ -134,21 +94,13 @@ fn a_start_of_which_the_beginning_tells_little_is_found_from_the_segment_before(
         noise: &[NOISE; 2],
         work: &work,
     };
-    let options = FitOptions {
-        stride: 1,
-        robust: false,
-        ..FitOptions::search(10)
-    };
     let jump = |segment: &Segment, values: &SegmentValues| {
         let misses = is_second(segment) && (values.state[1] - RATE).abs() > NARROW;
         misses.then_some((segment.time.len() * 3 / 4, JUMP))
     };
-    let toy = LinearToy { tangents: true };
-    let mut toy = Lasting {
-        toy: JumpToy { toy, jump },
-        last: (0.0, [0.0; 2]),
-    };
-    let mut fitter = Fitter::new(&mut toy, &h, &data, options);
+    let toy = LinearToy::new(true);
+    let mut toy = JumpToy { toy, jump };
+    let mut fitter = Fitter::new(&mut toy, &h, &data, options(false));
     let fit = fitter.run(Point::centre(&h, &segments));
     let over_noise =
         |fitter: &mut Fitter, point: &Point| (fitter.sum(1, point) / half as f64).sqrt() / NOISE;

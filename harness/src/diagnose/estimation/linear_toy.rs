@@ -35,7 +35,16 @@ const IMITATED: usize = 4;
 
 /// The linear model; with `tangents` it tells its derivatives, else they are taken by differences.
 pub(crate) struct LinearToy {
-    pub(crate) tangents: bool,
+    tangents: bool,
+    /// Beginning of the segment predicted last, in s, and its state there.
+    last: (f64, [f64; 2]),
+}
+
+impl LinearToy {
+    pub(crate) fn new(tangents: bool) -> Self {
+        let last = (0.0, [0.0; 2]);
+        Self { tangents, last }
+    }
 }
 
 /// What the shared parameter with this number does.
@@ -63,6 +72,7 @@ impl Simulator for LinearToy {
         samples: Samples,
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
+        self.last = (segment.time[0], [values.state[0], values.state[1]]);
         out.clear();
         out.extend((0..samples.count).map(|i| {
             let t = segment.time[i * samples.stride];
@@ -93,8 +103,9 @@ impl Simulator for LinearToy {
     }
 
     fn carry_on(&mut self, next: &Segment, _: &[f64], _: &[f64]) -> Result<SegmentStart, Error> {
+        let (from, [deflection, rate]) = self.last;
         Ok(SegmentStart {
-            state: next.state.clone(),
+            state: vec![deflection + rate * (next.time[0] - from), rate],
             stuck: next.stuck,
         })
     }
@@ -182,7 +193,7 @@ pub(crate) fn segments_of(motion: impl Fn(f64, f64) -> f64) -> Vec<Segment> {
 /// A fit of the toy, on the objective of the evidence.
 fn fit(h: &Hypothesis, segments: &[Segment], tangents: bool) -> Fit {
     let start = Point::centre(h, segments);
-    fit_from(&mut LinearToy { tangents }, h, segments, start, 20)
+    fit_from(&mut LinearToy::new(tangents), h, segments, start, 20)
 }
 
 /// A fit of a toy from `start` with so many Jacobians, on the objective of the evidence.
@@ -345,7 +356,7 @@ fn val_what_a_smaller_hypothesis_knows_need_not_be_differentiated_again() {
         ..FitOptions::search(1)
     };
     let there = fit(&smaller, &segments, true).point;
-    let mut toy = LinearToy { tangents: true };
+    let mut toy = LinearToy::new(true);
     let linear = Fitter::new(&mut toy, &smaller, &data, options).linearised_at(there.clone());
     let known = Known {
         hypothesis: &smaller,

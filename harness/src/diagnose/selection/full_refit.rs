@@ -60,8 +60,7 @@ pub fn refit(
     // Segments that were in the comparison keep the starts found there.
     for (i, &k) in model.fit.segments.iter().enumerate() {
         if let Some(j) = all.iter().position(|&a| a == k) {
-            start.states[j].clone_from(&model.fitted.fit.point.states[i]);
-            start.stuck[j] = model.fitted.fit.point.stuck[i];
+            start.put(j, model.fitted.fit.point.start(i));
         }
     }
     if !model.is_down_to_noise() {

@@ -6,13 +6,12 @@ use crate::command::repaired_model::file_name;
 use crate::command::studio::desk::Desk;
 use crate::command::studio::ladder::Origin;
 use crate::command::studio::model::{Draft, bounds, hypothesis};
-use crate::command::studio::preview::careful;
+use crate::command::studio::preview::careful_to_its_end;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::error::Error;
 use crate::output::make_folder;
 use crate::watch::{Stage, Watch};
-use std::sync::atomic::AtomicBool;
 
 /// Folder of its files.
 const FOLDER: &str = "diagnosis";
@@ -65,14 +64,13 @@ pub fn diagnose(bench: &Bench) -> Result<Finding, Error> {
         }
     };
     // It may be far from the model given, from which its segments would start.
-    let never = AtomicBool::new(false);
-    let reached = careful(bench.problem, &draft, None, &never)?;
+    let reached = careful_to_its_end(bench.problem, &draft, None)?;
     let kept = keep(
         bench,
         &draft,
         first,
         (Origin::Diagnosis, name),
-        reached.as_ref(),
+        Some(&reached),
     )?;
     let Finding::Rung { id, .. } = kept else {
         return Ok(kept);
