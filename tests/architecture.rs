@@ -312,6 +312,7 @@ fn the_harness_knows_the_model_by_its_fmu_alone() {
 fn imports_within_the_harness_go_one_way() {
     let lowest = ["measurement", "fmu"];
     let middle = [
+        "smoothing",
         "observer",
         "dimension",
         "diagnose",
@@ -348,7 +349,11 @@ fn imports_within_the_harness_go_one_way() {
         "report",
         &["observer", "dimension", "diagnose", "fmu", "measurement"],
     );
-    check("observer", &["diagnose", "report", "fmu"]);
+    check("observer", &["smoothing", "diagnose", "report", "fmu"]);
+    check(
+        "smoothing",
+        &["dimension", "diagnose", "check", "report", "fmu"],
+    );
     check(
         "check",
         &["observer", "dimension", "diagnose", "report", "fmu"],
@@ -365,7 +370,7 @@ fn imports_within_the_harness_go_one_way() {
         ],
     );
     none(
-        "command -> {observer, dimension, diagnose, check, metric, report} -> {measurement, fmu}",
+        "command -> {diagnose, smoothing, observer, dimension, check, metric, report} -> {measurement, fmu}",
         breaches,
     );
 }

@@ -397,20 +397,6 @@ pub enum Error {
         /// The run.
         run: String,
     },
-    /// A command that reads displacements was given another quantity.
-    #[error(
-        "run '{run}' holds a tip {found} in {unit}, and `{command}` reads a tip displacement; `check`, `compare`, `diagnose` and `try` read velocities and accelerations too"
-    )]
-    NotADisplacement {
-        /// The run.
-        run: String,
-        /// What it holds.
-        found: &'static str,
-        /// Its unit.
-        unit: &'static str,
-        /// The command.
-        command: &'static str,
-    },
     /// A campaign in which nothing moves.
     #[error("{}: the {quantity} varies by {spread:.1e} {unit} (standard deviation) at most, in a run with a noise of {noise:.1e} {unit}: nothing moves that a model could be compared with; measure at least one run in which the tip vibrates", campaign.display())]
     NothingMoves {

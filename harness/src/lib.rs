@@ -1,7 +1,7 @@
 //! The harness: loads an FMU, compares it with measurements, finds the missing effect.
 //!
 //! It knows a model by its .fmu file alone, so it works on other people's FMUs.
-//! Imports go one way: `command` -> {`observer`, `dimension`, `diagnose`, `check`, `metric`, `report`} -> {`measurement`, `fmu`}.
+//! Imports go one way: `command` -> {`diagnose`, `smoothing`, `observer`, `dimension`, `check`, `metric`, `report`} -> {`measurement`, `fmu`}.
 #![deny(unsafe_code)]
 // Printing goes through `output::print`, which survives a reader that goes and a disk that is full; `println!` panics.
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
@@ -22,5 +22,6 @@ pub mod output;
 pub mod parallel;
 pub mod provenance;
 pub mod report;
+pub mod smoothing;
 pub mod watch;
 mod wording;

@@ -102,15 +102,3 @@ fn val_nothing_is_claimed_of_accelerations_in_which_nothing_is_missing() {
     assert_eq!(found["measured_quantity"], "acceleration");
     assert!(found["noise_std_m_per_s2"].as_f64().unwrap() < 2.0 * NOISE);
 }
-
-#[test]
-fn commands_that_read_displacements_alone_refuse_accelerations() {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), &accelerations(0.1));
-    let output = stickslip(&["observe", "--campaign", ".", "run0.csv"], folder.path());
-    assert!(!output.status.success());
-    let said = String::from_utf8_lossy(&output.stderr);
-    for part in ["acceleration in m/s^2", "observe", "diagnose"] {
-        assert!(said.contains(part), "'{part}' is not in: {said}");
-    }
-}

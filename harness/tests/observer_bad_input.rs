@@ -87,8 +87,8 @@ fn val_gaps_and_untrusted_samples_are_bridged() {
     assert!(grid.missing > 300);
     let belt = BeltVelocity::Constant(0.1);
     let found =
-        smooth_stick_slip(&beam(), 5e-5, &grid.displacement, belt, &Default::default()).unwrap();
-    let n = grid.displacement.len();
+        smooth_stick_slip(&beam(), 5e-5, &grid.measured, belt, &Default::default()).unwrap();
+    let n = grid.measured.len();
     let error = rig::error(&found.smoothed.force, &record.force[..n]);
     println!("force error with gaps {error:.4}");
     assert!(error < 0.1);

@@ -50,7 +50,7 @@ fn val_one_mode_slider_sticks_and_slips() {
         let record = record(stiffness, name);
         let frequency = (stiffness / MASS).sqrt() / (2.0 * std::f64::consts::PI);
         let slider = Structure::single(frequency, 1e-3, MASS).unwrap();
-        let y = &record.displacement;
+        let y = &record.measured;
         let plain = smooth(&slider, record.interval, y, &Settings::default()).unwrap();
         let mean = plain.force.iter().sum::<f64>() / plain.force.len() as f64 / WEIGHT;
         let belt = BeltVelocity::Constant(belt);

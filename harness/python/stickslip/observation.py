@@ -1,4 +1,4 @@
-"""Friction force and friction characteristic from one displacement."""
+"""Friction force and friction characteristic from one measured motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Observation(Result):
         self.time: NDArray[np.float64] = returned["time"]
         """s"""
         self.measured: NDArray[np.float64] = returned["measured"]
-        """Displacement less offset, m; NaN where missing."""
+        """What was measured less its offset, m, m/s or m/s^2; NaN where missing."""
         self.force: NDArray[np.float64] = returned["force"]
         """Friction force, N."""
         self.force_std: NDArray[np.float64] = returned["force_std"]
@@ -92,6 +92,7 @@ def observe(
     poles: Sequence[complex] | None = None,
     estimate_frequencies: float | None = None,
     offset: float | None = None,
+    friction_coefficient: float | None = None,
     output: Path | None = None,
     progress: Progress = None,
 ) -> Observation:
@@ -100,7 +101,8 @@ def observe(
     A run of a campaign knows its beam and operating point; a CSV file needs `beam`, `belt_velocity`
     (m/s) and `normal_force` (N), or `campaign`. `method` is `stick-slip`, `kalman` or `pole`;
     `estimate_frequencies` the share within which natural frequencies are estimated too; `offset`
-    (m) is subtracted.
+    (m, m/s of a velocity) is subtracted. A velocity and an acceleration leave the level of the force
+    open: `friction_coefficient` states it, as the median coefficient in slip (1).
     """
     folder = Folder(output)
     if isinstance(run, Run):
@@ -128,6 +130,7 @@ def observe(
             poles=None if poles is None else " ".join(map(_pole, poles)),
             estimate_frequencies=estimate_frequencies,
             offset=offset,
+            friction_coefficient=friction_coefficient,
             output=folder.path,
         )
         with Told(progress) as tell:

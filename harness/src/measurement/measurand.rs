@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::Campaign;
-use crate::error::Error;
 
 /// The quantity that a run holds: what its sensor measures at the tip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -145,22 +144,5 @@ impl Campaign {
         self.runs
             .first()
             .map_or_else(Measurand::default, |run| run.measurand)
-    }
-
-    /// Refuses a campaign of anything but displacements, for `command`, which reads nothing else.
-    ///
-    /// # Errors
-    /// [`Error::NotADisplacement`] with the run.
-    pub fn require_displacement(&self, command: &'static str) -> Result<(), Error> {
-        let measurand = self.measurand();
-        match self.runs.first() {
-            Some(run) if measurand != Measurand::Displacement => Err(Error::NotADisplacement {
-                run: run.name.clone(),
-                found: measurand.name(),
-                unit: measurand.unit(),
-                command,
-            }),
-            _ => Ok(()),
-        }
     }
 }

@@ -121,25 +121,27 @@ pub enum ObserverError {
     },
     /// Most of the record lies at an end of the sensor's range.
     #[error(
-        "{clipped} of {count} samples are clipped at {low_m} m or {high_m} m: the signal is saturated, the force cannot be observed; enlarge the sensor's range or move the sensor"
+        "{clipped} of {count} samples are clipped at {low} or {high} {unit}: the signal is saturated, the force cannot be observed; enlarge the sensor's range or move the sensor"
     )]
     Saturated {
         /// Number of clipped samples.
         clipped: usize,
         /// Number of samples.
         count: usize,
-        /// Smallest displacement in m.
-        low_m: f64,
-        /// Largest displacement in m.
-        high_m: f64,
+        /// Smallest value.
+        low: f64,
+        /// Largest value.
+        high: f64,
+        /// Their unit.
+        unit: &'static str,
     },
-    /// The displacement does not move.
+    /// What was measured does not move.
     #[error(
-        "the displacement is {value_m} m in all {count} samples; there is nothing to observe, check the sensor channel"
+        "the signal is {value} in its SI unit in all {count} samples; there is nothing to observe, check the sensor channel"
     )]
     ConstantSignal {
-        /// The constant value in m.
-        value_m: f64,
+        /// The constant value in m, m/s or m/s^2.
+        value: f64,
         /// Number of samples.
         count: usize,
     },

@@ -9,8 +9,8 @@ pub struct UniformRecord {
     pub start: f64,
     /// Sample interval in s.
     pub interval: f64,
-    /// Displacement in m.
-    pub displacement: Vec<f64>,
+    /// What was measured, in m, m/s or m/s^2.
+    pub measured: Vec<f64>,
     /// Number of grid points without a usable sample.
     pub missing: usize,
 }
@@ -23,16 +23,16 @@ const MISSING: f64 = 0.5;
 impl UniformRecord {
     /// Places samples on the grid of their median interval, refined over the whole record.
     ///
-    /// `time` in s, `displacement` in m (NaN where empty); samples with `trusted` false (clipped,
+    /// `time` in s, `measured` in m, m/s or m/s^2 (NaN where empty); samples with `trusted` false (clipped,
     /// held) count as missing.
     pub fn of(
         time: &[f64],
-        displacement: &[f64],
+        measured: &[f64],
         trusted: Option<&[bool]>,
     ) -> Result<Self, ObserverError> {
         let expected = time.len();
         let lengths = [
-            ("displacement", displacement.len()),
+            ("measured values", measured.len()),
             ("trusted", trusted.map_or(expected, <[bool]>::len)),
         ];
         if let Some((what, found)) = lengths.into_iter().find(|(_, n)| *n != expected) {
@@ -70,7 +70,7 @@ impl UniformRecord {
                 });
             }
             if trusted.is_none_or(|trusted| trusted[index]) {
-                out[at.round() as usize] = displacement[index];
+                out[at.round() as usize] = measured[index];
             }
         }
         let missing = out.iter().filter(|y| y.is_nan()).count();
@@ -83,14 +83,14 @@ impl UniformRecord {
         Ok(Self {
             start,
             interval,
-            displacement: out,
+            measured: out,
             missing,
         })
     }
 
     /// Times of the grid points in s.
     pub fn time(&self) -> Vec<f64> {
-        (0..self.displacement.len())
+        (0..self.measured.len())
             .map(|k| self.start + k as f64 * self.interval)
             .collect()
     }

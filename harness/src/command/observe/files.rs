@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 use super::Observation;
+use crate::measurement::NoiseStd;
 use crate::observer::{FrictionLaw, LawFit};
 use crate::provenance::Provenance;
 
@@ -62,13 +63,14 @@ pub fn json(o: &Observation, provenance: &Provenance) -> String {
     let estimate = |e: Option<crate::observer::Estimate>| {
         e.map_or(Value::Null, |e| json!({ "value": e.value, "std": e.std }))
     };
-    let value = json!({
+    let mut value = json!({
         "run": o.name,
         "method": o.method.name(),
         "belt_velocity_m_per_s": o.belt_velocity,
         "normal_force_n": o.normal_force,
         "natural_frequencies_hz": o.structure.modes().iter().map(|m| m.frequency_hz).collect::<Vec<_>>(),
-        "noise_std_m": o.noise_std,
+        "measured_quantity": o.measurand.name(),
+        "stated_friction_coefficient": o.stated_coefficient,
         "stick_fraction": o.stick_fraction(),
         "complete_stick_phases": o.sticks(),
         "innovation": {
@@ -102,6 +104,12 @@ pub fn json(o: &Observation, provenance: &Provenance) -> String {
         })),
         "remarks": o.remarks,
     });
+    if let (Value::Object(all), Ok(Value::Object(noise))) = (
+        &mut value,
+        serde_json::to_value(NoiseStd::of(o.measurand, o.noise_std)),
+    ) {
+        all.extend(noise);
+    }
     provenance.json(&value)
 }
 

@@ -3,20 +3,23 @@
 mod analysis;
 mod characteristic;
 mod files;
+mod friction;
+mod observation;
 mod page;
 mod pictures;
+mod remarks;
 mod terminal;
 
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 
-pub use analysis::Observation;
+pub use observation::Observation;
 
 use crate::command::given_campaign;
 use crate::command::operating_options::{OperatingOptions, Said};
 use crate::error::Error;
-use crate::measurement::{BeamKnowledge, Campaign, Run, SingleRun};
+use crate::measurement::{BeamKnowledge, Campaign, Measurand, Run, SingleRun};
 use crate::observer::{PoleRule, Structure};
 use crate::output::{make_folder, print, print_line, write_file};
 use crate::provenance::Provenance;
@@ -47,7 +50,7 @@ impl Method {
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("knowledge").required(true))]
 pub struct Arguments {
-    /// CSV file with time and tip displacement
+    /// CSV file with time and tip displacement, velocity or acceleration
     #[arg(value_name = "RUN.csv")]
     run: PathBuf,
     /// Campaign that lists this run: gives beam, belt velocity, normal force and columns
@@ -81,9 +84,12 @@ pub struct Arguments {
     /// Estimate the natural frequencies too, within this share of those given (0.01 is 1 %)
     #[arg(long, value_name = "SHARE")]
     estimate_frequencies: Option<f64>,
-    /// Sensor offset to subtract, in m
+    /// Sensor offset to subtract, in m (m/s of a velocity; an acceleration shows its own in stick)
     #[arg(long, value_name = "M", default_value_t = 0.0)]
     offset: f64,
+    /// Friction coefficient in slip (median), which sets the level of the force where a velocity or an acceleration was measured
+    #[arg(long, value_name = "MU")]
+    friction_coefficient: Option<f64>,
     /// Folder for force.csv, friction.csv, friction_table.set and observer.html
     #[arg(short, long, value_name = "DIR", default_value = "observer")]
     output: PathBuf,
@@ -125,14 +131,13 @@ pub fn perform(arguments: &Arguments) -> Result<Observed, Error> {
     let campaign = load(arguments, &said)?;
     let run = find(&campaign, arguments)?;
     given_campaign::tell_how(run);
-    given_campaign::require_plain(run, "observe")?;
     agree(run, &said)?;
     make_folder(&arguments.output)?;
     let mut remarks = Vec::new();
     let source = arguments.campaign.as_ref().or(arguments.beam.as_ref());
     let beam_file = source.map_or(Path::new(""), PathBuf::as_path);
-    given_campaign::require_springs(&campaign.beam, beam_file, "observe")?;
     let structure = structure(&campaign.beam, beam_file, &mut remarks)?;
+    require_method(arguments, run, &structure)?;
     let rule = pole_rule(arguments)?;
     let observation =
         analysis::observe(run, structure, arguments, &rule, remarks).map_err(|source| {
@@ -179,9 +184,7 @@ fn load(arguments: &Arguments, said: &Said) -> Result<Campaign, Error> {
         });
     }
     let Some(beam) = &arguments.beam else {
-        let campaign = Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new(".")))?;
-        campaign.require_displacement("observe")?;
-        return Ok(campaign);
+        return Campaign::load(arguments.campaign.as_deref().unwrap_or(Path::new(".")));
     };
     let missing = |option: &'static str| Error::Usage {
         problem: format!("{option} is missing: --beam says nothing of the operating point"),
@@ -195,9 +198,7 @@ fn load(arguments: &Arguments, said: &Said) -> Result<Campaign, Error> {
         time_column: arguments.time_column.clone(),
         displacement_column: arguments.displacement_column.clone(),
     };
-    let campaign = Campaign::of_single_run(&single, beam)?;
-    campaign.require_displacement("observe")?;
-    Ok(campaign)
+    Campaign::of_single_run(&single, beam)
 }
 
 /// Refuses an operating point on the command line that is not the one the campaign gives for the run.
@@ -224,6 +225,43 @@ fn agree(run: &Run, said: &Said) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Refuses a method or a level that the run can't have, and asks for the level that it lacks.
+fn require_method(arguments: &Arguments, run: &Run, structure: &Structure) -> Result<(), Error> {
+    if arguments.method == Method::Pole && !analysis::poles_apply(run, structure) {
+        return Err(Error::Option {
+            option: "--method",
+            value: "pole".into(),
+            rule: "is made for a displacement of a structure on springs that nothing but friction moves; take stick-slip or kalman".into(),
+        });
+    }
+    let leaves_open = run.measurand != Measurand::Displacement && !structure.is_free();
+    match arguments.friction_coefficient {
+        None if leaves_open => Err(Error::Usage {
+            problem: format!(
+                "--friction-coefficient is missing: run '{}' holds a tip {} in {}, which does not show the level of the friction force; \
+                 state the coefficient in slip, for example --friction-coefficient 0.3",
+                run.name,
+                run.measurand.name(),
+                run.measurand.unit()
+            ),
+        }),
+        Some(value) if !(value >= 0.0 && value.is_finite()) => Err(Error::Option {
+            option: "--friction-coefficient",
+            value: value.to_string(),
+            rule: "must be 0 or more".into(),
+        }),
+        Some(value) if !leaves_open => Err(Error::Option {
+            option: "--friction-coefficient",
+            value: value.to_string(),
+            rule: format!(
+                "is for velocities and accelerations: run '{}' shows the level of the friction force itself; leave the option out",
+                run.name
+            ),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// The rule for the poles that the options say.

@@ -15,15 +15,17 @@ pub fn html(o: &Observation, provenance: &Provenance) -> String {
         with_unit(o.normal_force, "N"),
         o.method.name()
     );
+    let quantity = o.measurand.name();
+    let title = format!("Friction force from the measured {quantity}");
     let window = pictures::window(o);
     let (colour, headline, text) = verdict(o);
-    let mut page = Page::new("Friction force from the measured displacement", &lead)
+    let mut page = Page::new(&title, &lead)
         .banner(colour, &headline, &text, &[])
         .figure(&pictures::characteristic(o))
-        .paragraph(
-            "The beam is known: its natural frequencies, damping and mass. The friction force on its tip is not, so it is estimated \
-             together with the motion from the measured displacement (Stelter 1992, section 5, and Kalman smoothers).",
-        )
+        .paragraph(&format!(
+            "The structure is known: its natural frequencies, damping and mass. The friction force on its tip is not, so it is \
+             estimated together with the motion from the measured {quantity} (Stelter 1992, section 5, and Kalman smoothers)."
+        ))
         .table(&summary(o))
         .list(&o.remarks)
         .section("Force over time")
@@ -49,14 +51,16 @@ pub fn html(o: &Observation, provenance: &Provenance) -> String {
             .paragraph(&verdict)
             .figure(&pictures::break_away(o));
     }
-    page.section("The paper's observer beside it")
-        .paragraph(
-            "Difference of the pole-placed observer's force from the force above, over the spread of the force, for several pole speeds. \
-             It knows only the past, so it is late; the last column has the delay taken out.",
-        )
-        .table(&poles(o))
-        .foot(&provenance.lines())
-        .html()
+    if !o.pole_speeds.is_empty() {
+        page = page
+            .section("The paper's observer beside it")
+            .paragraph(
+                "Difference of the pole-placed observer's force from the force above, over the spread of the force, for several pole speeds. \
+                 It knows only the past, so it is late; the last column has the delay taken out.",
+            )
+            .table(&poles(o));
+    }
+    page.foot(&provenance.lines()).html()
 }
 
 /// What was found, and whether it can be trusted.
@@ -125,7 +129,11 @@ fn summary(o: &Observation) -> Table {
         );
         table = row(table, "belt velocity, from the stick phases", text);
     }
-    table = row(table, "sensor noise", with_unit(o.noise_std, "m"));
+    table = row(
+        table,
+        "sensor noise",
+        with_unit(o.noise_std, o.measurand.unit()),
+    );
     table = row(
         table,
         "share of time in stick",

@@ -20,6 +20,7 @@ fn readable(values: &[f64], unit: &'static str) -> (f64, &'static str) {
         ("m", v) if v < 1e-4 => (1e6, "µm"),
         ("m", v) if v < 0.1 => (1e3, "mm"),
         ("m/s", v) if v < 0.1 => (1e3, "mm/s"),
+        ("m/s^2", v) if v < 0.1 => (1e3, "mm/s^2"),
         ("s", v) if v < 0.1 => (1e3, "ms"),
         _ => (1.0, unit),
     }
@@ -75,19 +76,23 @@ pub fn force(o: &Observation, window: &std::ops::Range<usize>) -> Plot {
     plot.line("force", Colour::Blue, t, f)
 }
 
-/// Measured and estimated displacement.
+/// What was measured, and what the estimated motion has of it.
 pub fn motion(o: &Observation, window: &std::ops::Range<usize>) -> Plot {
     let kept: Vec<usize> = window
         .clone()
         .filter(|k| o.measured[*k].is_finite())
         .collect();
     let at = |values: &[f64]| -> Vec<f64> { kept.iter().map(|k| values[*k]).collect() };
-    let (factor, unit) = readable(&o.displacement[window.clone()], "m");
+    let estimated = o.estimated();
+    let (factor, unit) = readable(&estimated[window.clone()], o.measurand.unit());
+    let quantity = o.measurand.name();
     Plot::new(
         Axis::linear("time", "s"),
-        Axis::linear("tip displacement", unit),
+        Axis::linear(&format!("tip {quantity}"), unit),
     )
-    .caption("Measured displacement, and the displacement of the tip that goes with the estimated force.")
+    .caption(&format!(
+        "Measured {quantity}, and the {quantity} of the tip that goes with the estimated force."
+    ))
     .line(
         match o.structure.is_collocated() {
             true => "measured",
@@ -101,7 +106,7 @@ pub fn motion(o: &Observation, window: &std::ops::Range<usize>) -> Plot {
         "estimated",
         Colour::Orange,
         &o.time[window.clone()],
-        &times(&o.displacement[window.clone()], factor),
+        &times(&estimated[window.clone()], factor),
     )
 }
 

@@ -38,7 +38,7 @@ pub fn summary(o: &Observation) -> String {
         );
         line("belt velocity in stick", value);
     }
-    line("sensor noise", with_unit(o.noise_std, "m"));
+    line("sensor noise", with_unit(o.noise_std, o.measurand.unit()));
     line(
         "in stick",
         format!(

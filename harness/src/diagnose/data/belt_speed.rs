@@ -1,11 +1,11 @@
 //! By how much the stated belt speeds are off: in stick the tip moves with the belt.
 
-use crate::diagnose::data::smoothing::{smoother_settings, trusted_signal};
 use crate::error::Error;
 use crate::measurement::{Campaign, Measurand, Run};
-use crate::metric::{MAD, measured_stick_velocity, plateau, quantile, stick_velocity};
+use crate::metric::MAD;
 use crate::observer::{Structure, smooth};
 use crate::parallel::parallel;
+use crate::smoothing::{belt_in_stick, smoother_settings, trusted_signal};
 
 /// Standard deviations from the stated speed beyond which a plateau of the velocity is none of the belt's: a contact that
 /// creeps moves slower.
@@ -57,19 +57,8 @@ pub fn belt_scale(
             run: run.name.clone(),
             source,
         })?;
-        let std = quantile(&plain.velocity_std, 0.5);
-        let time: Vec<f64> = (0..signal.len()).map(|k| k as f64 * h).collect();
-        let found = plateau(&plain.velocity, std, run.belt_velocity).and_then(|sticks| {
-            match run.measurand {
-                // The sensor itself shows the speed of another point.
-                _ if !structure.is_collocated() => {
-                    measured_stick_velocity(&plain.velocity, &sticks)
-                }
-                Measurand::Displacement => stick_velocity(&time, &signal, &sticks),
-                Measurand::Velocity => measured_stick_velocity(&signal, &sticks),
-                Measurand::Acceleration => None,
-            }
-        });
+        let measured = (run.measurand, &signal[..]);
+        let found = belt_in_stick(structure, &plain, measured, run.belt_velocity);
         Ok(found.map(|f| {
             let share = f.std / run.belt_velocity.abs();
             (f.velocity / run.belt_velocity, share.hypot(LEAST_STD))

@@ -1,9 +1,9 @@
 //! The break-aways of a run: the force, the place and the dwell of each.
 
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::Run;
 use crate::metric::line;
 use crate::observer::PhaseMode;
+use crate::smoothing::Smoothing;
 
 /// Time in s before a transition in which the smoothed force can't follow, ...
 const CLEAR: f64 = 4e-4;

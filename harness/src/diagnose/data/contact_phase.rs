@@ -1,7 +1,7 @@
 //! What the contact does at an instant: stick, break-away, slip, arrival.
 
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::observer::{Phase, PhaseMode};
+use crate::smoothing::Smoothing;
 
 /// What the contact does at a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! Whether further sensors read what the motion that the first one measured asks of them.
 
 use crate::diagnose::data::clock_offset::ClockOffset;
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::measurement::{
     Campaign, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading, Run, of_one_sensor,
 };
 use crate::metric::standard_deviation;
 use crate::observer::{Smoothed, Structure};
+use crate::smoothing::Smoothing;
 use std::collections::BTreeMap;
 
 /// Readings that change by this many times what the motion asks for, or by less than its inverse, are of another scale: means of smoothed

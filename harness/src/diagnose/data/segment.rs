@@ -4,9 +4,9 @@
 //! prediction depends on the model and not on rounding. Segments start far from transitions and follow one
 //! another over the whole run.
 
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::measurement::{BESIDE_JUMP, Measurand, Run};
 use crate::observer::{Phase, PhaseMode};
+use crate::smoothing::Smoothing;
 use serde::Serialize;
 use std::ops::Range;
 

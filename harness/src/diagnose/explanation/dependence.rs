@@ -6,11 +6,11 @@
 //! `1 - sum (e - e_x)^2 / sum e^2` on the phases not learned from: at most 1, below 0 if x says nothing.
 //! The share of a surface over several quantities at once is the ceiling for any law that knows them.
 
-use crate::diagnose::data::slip_samples::SlipSample;
 use crate::diagnose::initialisation::force_spectrum::lines;
 use crate::diagnose::initialisation::free_characteristic::slip_samples;
 use crate::diagnose::model::periodic::Argument;
 use crate::diagnose::model::problem::Problem;
+use crate::smoothing::SlipSample;
 use serde_json::{Value, json};
 
 /// Bins for one quantity.

@@ -7,11 +7,11 @@
 //! `u = 2 pi f t` or `2 pi s/L`; the gains in likelihood, added up over the runs, make the spectrum; the
 //! strongest line is taken away before the next is looked for (Lomb-Scargle, Scargle 1982, with the level refitted as in Cumming 1999).
 
-use crate::diagnose::data::slip_samples::SlipSample;
 use crate::diagnose::initialisation::free_characteristic::slip_samples;
 use crate::diagnose::initialisation::wave_fit::{AtWave, WaveFits};
 use crate::diagnose::model::periodic::{Argument, Line, Question};
 use crate::diagnose::model::problem::Problem;
+use crate::smoothing::SlipSample;
 use std::f64::consts::TAU;
 
 /// Samples of a run that a spectrum uses at most.

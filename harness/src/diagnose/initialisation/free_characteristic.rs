@@ -2,9 +2,9 @@
 //!
 //! The median of `|F|/F_N` in bins of `|v_r|`, with a level of its own for each run; no law is assumed.
 
-use crate::diagnose::data::slip_samples::{SlipSample, slip_of_run};
 use crate::diagnose::model::problem::Problem;
 use crate::metric::median;
+use crate::smoothing::{SlipSample, slip_of_run};
 
 /// Bins of the characteristic.
 const BINS: usize = 40;

@@ -2,7 +2,7 @@
 //! `u = 2 pi f t` or `2 pi s/L`, at one frequency or wave number after another. Angles are turned from one to the next, which costs a few
 //! multiplications where a sine and a cosine would cost twenty times as much.
 
-use crate::diagnose::data::slip_samples::SlipSample;
+use crate::smoothing::SlipSample;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 

@@ -1,6 +1,5 @@
 //! Between which displacements the tip moves in each run.
 
-use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::friction_prior::StartFriction;
 use crate::error::Error;
@@ -8,6 +7,7 @@ use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Measurand, Run};
 use crate::observer::Structure;
 use crate::parallel::parallel;
+use crate::smoothing::smooth_run;
 
 /// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where something else was measured.
 ///

@@ -6,8 +6,6 @@
 //! in a straight line through their ratio carried on to rest, the start values are the prior; else a law fitted to the observed
 //! coefficient is, with wide spreads.
 
-use crate::diagnose::data::slip_samples::{SlipSample, slip_of_run};
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::Run;
@@ -16,6 +14,8 @@ use crate::observer::{
     Bin, BinSettings, Contact, FrictionLaw, LawPoints, NormalForce, fit_laws,
     friction_characteristic,
 };
+use crate::smoothing::Smoothing;
+use crate::smoothing::{SlipSample, slip_of_run};
 
 /// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
 const FOREIGN: f64 = 0.25;

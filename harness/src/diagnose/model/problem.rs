@@ -3,13 +3,11 @@
 use crate::diagnose::data::belt_speed::{BeltScale, belt_scale};
 use crate::diagnose::data::break_away::{BreakAways, place_is_told, predict};
 use crate::diagnose::data::break_away_events::{Event, events};
-use crate::diagnose::data::driven_motion::coarsen;
+use crate::diagnose::data::coarse_excitation::coarsen;
 use crate::diagnose::data::further_readings::{agree_on_noise, follow_the_motion, silent_sensors};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::data::place_map::PlaceMap;
 use crate::diagnose::data::segment::{Segment, cut, further_parts, thin};
-use crate::diagnose::data::smooth_run::smooth_run;
-use crate::diagnose::data::smoothing::Smoothing;
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::finished_work::FinishedWork;
@@ -31,6 +29,8 @@ use crate::measurement::{Campaign, Run, of_one_sensor};
 use crate::metric::standard_deviation;
 use crate::observer::Structure;
 use crate::parallel::parallel;
+use crate::smoothing::Smoothing;
+use crate::smoothing::smooth_run;
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;

@@ -1,7 +1,6 @@
 //! A run kept out, of which the first part has been learned, and its motion from there.
 
 use crate::diagnose::data::segment::{Segment, cut, further_parts};
-use crate::diagnose::data::smooth_run::smooth_run;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::fitter::Fitter;
@@ -17,6 +16,7 @@ use crate::diagnose::model::simulator::{Samples, SegmentStart, SegmentValues, Si
 use crate::diagnose::validation::segment_errors::from_fitted_runs;
 use crate::error::Error;
 use crate::measurement::Run;
+use crate::smoothing::smooth_run;
 
 /// Error over that deviation that counts for a forecast that ran away: as far off as the motion is wide.
 const RAN_AWAY: f64 = 2.0;

@@ -245,10 +245,10 @@ fn check_measured(
     }
     let mean = finite().sum::<f64>() / found as f64;
     let variance = finite().map(|y| (y - mean).powi(2)).sum::<f64>() / found as f64;
-    let value_m = finite().copied().next().unwrap_or(f64::NAN);
-    if finite().all(|y| *y == value_m) {
+    let value = finite().copied().next().unwrap_or(f64::NAN);
+    if finite().all(|y| *y == value) {
         return Err(ObserverError::ConstantSignal {
-            value_m,
+            value,
             count: found,
         });
     }

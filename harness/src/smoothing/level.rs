@@ -1,11 +1,11 @@
 //! What a measured velocity or acceleration leaves open: the level of force and deflection.
 //!
 //! A structure on springs that a constant force deflects has no velocity and no acceleration, so that these say nothing of that
-//! force and of the deflection. The smoother finds both up to a level. Here the level is set by the friction that the FMU's start values
-//! expect: a belief like that of the friction constants, which the fit then starts from.
+//! force and of the deflection. The smoother finds both up to a level. Here the level is set by the friction expected: for a
+//! diagnosis a belief like that of the friction constants, which the fit then starts from.
 
-use crate::diagnose::data::slip_samples::slip_of_run;
-use crate::diagnose::data::smoothing::Smoothing;
+use super::slip_samples::slip_of_run;
+use super::smoothed_run::Smoothing;
 use crate::measurement::{Measurand, Run};
 use crate::metric::median;
 use crate::observer::Structure;

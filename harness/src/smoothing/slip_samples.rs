@@ -1,6 +1,6 @@
 //! Samples of the smoothed motion in slip.
 
-use crate::diagnose::data::smoothing::Smoothing;
+use super::smoothed_run::Smoothing;
 use crate::measurement::Run;
 use crate::observer::PhaseMode;
 
@@ -23,7 +23,7 @@ pub struct SlipSample {
 }
 
 /// Slip samples of one run, without what a characteristic expects; none where nothing is pressed on, so that nothing rubs.
-pub(crate) fn slip_of_run(run: &Run, smoothing: &Smoothing) -> Vec<SlipSample> {
+pub fn slip_of_run(run: &Run, smoothing: &Smoothing) -> Vec<SlipSample> {
     if run.normal_force == 0.0 {
         return Vec::new();
     }
