@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
+use crate::diagnose::model::library::with_values;
 use crate::error::Error;
 use crate::output::write_file;
 
@@ -26,17 +27,24 @@ pub fn write(terms: &[ProposedTerm], folder: &Path) -> Result<Vec<PathBuf>, Erro
 }
 
 fn text(id: &str, term: &ProposedTerm) -> String {
-    let mut out = format!(
+    let head = format!(
         "# Proposed by a diagnosis: {}. Try it:\n\
          #     stickslip pack --effect {id}.toml -o per_run.fmu\n\
-         #     stickslip try CAMPAIGN --fmu per_run.fmu --add {id}\n\
+         #     stickslip try CAMPAIGN --fmu per_run.fmu --add {id}\n",
+        term.worth()
+    );
+    if let Some(file) = &term.file {
+        let values = term.parameters.iter();
+        let values = values.map(|(name, p)| (name.clone(), p.value)).collect();
+        return head + &with_values(file, id, &values);
+    }
+    let mut out = format!(
+        "{head}\
          id = \"{id}\"\n\
          title = \"Proposed term\"\n\
          target = \"{}\"\n\
          expression = \"{}\"\n",
-        term.worth(),
-        term.target,
-        term.expression
+        term.target, term.expression
     );
     for (name, estimate) in &term.parameters {
         let is_shape = term.shapes.contains(name);
@@ -70,6 +78,7 @@ fn text(id: &str, term: &ProposedTerm) -> String {
 mod tests {
     use super::*;
     use crate::command::pack::pack_with;
+    use crate::diagnose::model::library::{FILES, File, text_among};
     use crate::diagnose::validation::estimate::Estimate;
     use crate::fmu::Fmu;
     use crate::fmu::effect_card::candidates;
@@ -92,6 +101,8 @@ mod tests {
             )]),
             explained_share: 0.3,
             fitted: false,
+            effect: None,
+            file: None,
             shapes: Vec::new(),
             phases: Vec::new(),
         };
@@ -108,5 +119,44 @@ mod tests {
         assert_eq!(first.parameters[0].typical, -2.5e6);
         assert_eq!(first.parameters[0].max, 2.5e7);
         assert!(known.iter().any(|c| c.id == "proposed_2"));
+    }
+
+    #[test]
+    fn an_effect_with_states_is_proposed_with_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let id = "term_vibration_absorber";
+        let file = text_among(FILES, id).unwrap();
+        let of = |(name, value, unit): (&str, f64, &str)| {
+            let estimate = Estimate {
+                value,
+                std: 0.1 * value,
+                unit: unit.into(),
+                at_bound: false,
+            };
+            (name.to_owned(), estimate)
+        };
+        let values = [("m", 0.004, "kg"), ("f", 310.0, "Hz"), ("D", 0.02, "1")];
+        let term = ProposedTerm {
+            target: "tip_force".into(),
+            expression: File::of_library(id).unwrap().expression,
+            parameters: values.into_iter().map(of).collect(),
+            explained_share: 0.9,
+            fitted: true,
+            effect: Some(id.to_owned()),
+            file: Some(file.to_owned()),
+            shapes: Vec::new(),
+            phases: Vec::new(),
+        };
+        let files = write(&[term], folder.path()).unwrap();
+        let fmu = folder.path().join("own.fmu");
+        pack_with(&fmu, &files).unwrap();
+        let known = candidates(&Fmu::load(&fmu).unwrap()).unwrap();
+        let proposed = known.iter().find(|c| c.id == "proposed_1").unwrap();
+        assert_eq!(proposed.states.len(), 2);
+        let typical = |name: &str| {
+            let mut parameters = proposed.parameters.iter();
+            parameters.find(|p| p.name == name).unwrap().typical
+        };
+        assert_eq!((typical("m"), typical("f")), (0.004, 310.0));
     }
 }

@@ -14,10 +14,10 @@ pub const SETS: Stage = stage("library and pairs of effects", 0.7);
 pub const PAIRS_FURTHER: Stage = stage("pairs of effects, further", 0.72);
 /// What comes close to the best, fitted until it compares.
 pub const CLOSE: Stage = stage("effects close to the best", 0.75);
+/// Curves of one quantity where the catalogue has no answer, or one with values along each run.
+pub const UNKNOWN: Stage = stage("unknown functions", 0.8);
 /// Every effect beside what explains the data.
 pub const EXTENSIONS: Stage = stage("effects beside the best", 0.9);
-/// Curves of one quantity where the catalogue has no answer.
-pub const UNKNOWN: Stage = stage("unknown functions", 0.92);
 /// What explains most where nothing explains all.
 pub const INCOMPLETE: Stage = stage("what explains most", 0.96);
 /// The best on all segments and samples.

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod bent_toy;
 mod carried_starts;
+pub mod curve_estimate;
 pub mod drawn_starts;
 pub mod fit;
 pub mod fit_options;

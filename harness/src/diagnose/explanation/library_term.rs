@@ -3,7 +3,7 @@
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::hypothesis::Choice;
-use crate::diagnose::model::library::{FILES, File};
+use crate::diagnose::model::library::{FILES, File, text_among};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::validation::estimate::estimate;
 use crate::fmu::effect_card::Role;
@@ -17,7 +17,8 @@ pub fn proposal(
 ) -> Option<ProposedTerm> {
     let card = &problem.catalogue[choice.effect];
     let formulas = problem.formula_files.iter().map(String::as_str);
-    let file = File::among(FILES.into_iter().chain(formulas), &card.id)?;
+    let text = text_among(FILES.into_iter().chain(formulas), &card.id)?;
+    let file = File::among([text], &card.id)?;
     let fitted = card.parameters.iter().map(|p| {
         let h = &fitted.hypothesis;
         let i = h.shared_index(&format!("{}.{}", card.id, p.name))?;
@@ -33,6 +34,8 @@ pub fn proposal(
         parameters: fitted.flatten().collect(),
         explained_share,
         fitted: true,
+        effect: Some(card.id.clone()),
+        file: Some(text.to_owned()),
         shapes: of_role(Role::Shape),
         phases: of_role(Role::Phase),
     })

@@ -1,7 +1,6 @@
 //! Where a model fails and what that depends on.
 
 pub mod argument;
-pub mod curve_estimate;
 pub mod dependence;
 pub mod library_term;
 pub mod misses;

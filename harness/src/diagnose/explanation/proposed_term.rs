@@ -142,6 +142,12 @@ pub struct ProposedTerm {
     pub explained_share: f64,
     /// Whether it was fitted to the motion, as effects are; otherwise it is a regression of the slip force, to be tried.
     pub fitted: bool,
+    /// The effect of the library, or the formula in place of a curve, that it is; `None` for a regression of the slip force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effect: Option<String>,
+    /// The file of that effect, with its states.
+    #[serde(skip)]
+    pub file: Option<String>,
     /// Parameters that are shapes: lengths, velocities, frequencies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shapes: Vec<String>,
@@ -223,6 +229,8 @@ pub fn propose(problem: &Problem) -> Vec<ProposedTerm> {
                 parameters: BTreeMap::from([("c".to_owned(), coefficient)]),
                 explained_share: share[i],
                 fitted: false,
+                effect: None,
+                file: None,
                 shapes: Vec::new(),
                 phases: Vec::new(),
             }

@@ -12,7 +12,7 @@ use crate::diagnose::model::references::References;
 use crate::diagnose::model::scales::Scales;
 use crate::diagnose::model::sensor_ratios::sensor_ratios;
 use crate::diagnose::model::stated_constants::constants;
-use crate::diagnose::model::unknown_function::{is_node, is_unknown_function, latent};
+use crate::diagnose::model::unknown_function::{Smoothness, is_node, is_unknown_function, latent};
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
@@ -28,6 +28,8 @@ pub struct Choice {
     pub settings: Vec<(usize, f64)>,
     /// What is believed of values along the belt, for the effect that has such.
     pub roughness: Roughness,
+    /// What is believed of the curve, for an unknown function.
+    pub smoothness: Smoothness,
 }
 
 impl Choice {
@@ -37,11 +39,12 @@ impl Choice {
             effect,
             settings: Vec::new(),
             roughness: Roughness::UNTOLD,
+            smoothness: Smoothness::UNTOLD,
         }
     }
 }
 
-/// What is believed of the values along the belt is no part of what is chosen: it is found like a parameter.
+/// What is believed of values along the belt and of a curve is no part of what is chosen: it is found like a parameter.
 impl PartialEq for Choice {
     fn eq(&self, other: &Self) -> bool {
         self.effect == other.effect && self.settings == other.settings
@@ -269,7 +272,7 @@ impl Hypothesis {
                 }
             }
             if is_unknown_function(&effect.id) {
-                shared.extend(latent(effect));
+                shared.extend(latent(effect, choice.smoothness));
             }
             add_profile(effect, choice.roughness, tracks, &mut per_run);
         }

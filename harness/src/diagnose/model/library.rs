@@ -5,6 +5,7 @@
 //! effect: where one is needed, the effect is none of the catalogue's, and the term is proposed.
 
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// The files.
 pub const FILES: [&str; 35] = [
@@ -103,10 +104,60 @@ impl File {
     }
 }
 
+/// The text of the file of an effect among some.
+pub(crate) fn text_among<'a>(
+    files: impl IntoIterator<Item = &'a str>,
+    id: &str,
+) -> Option<&'a str> {
+    let mut files = files.into_iter();
+    files.find(|text| toml::from_str::<File>(text).is_ok_and(|file| file.id == id))
+}
+
+/// An effect's file with another identifier, and with these values of its parameters, by name, as the typical ones.
+pub fn with_values(text: &str, id: &str, values: &BTreeMap<String, f64>) -> String {
+    let mut parameter = None;
+    let mut in_parameter = false;
+    let line = |line: &str| {
+        let (key, value) = line.split_once(" = ").unwrap_or((line, ""));
+        match key {
+            "[[parameter]]" => in_parameter = true,
+            "[[state]]" => in_parameter = false,
+            "name" => parameter = values.get(value.trim_matches('"')),
+            "id" => return format!("id = \"{id}\"\n"),
+            "typical" if in_parameter => {
+                if let Some(value) = parameter {
+                    return format!("typical = {value:e}\n");
+                }
+            }
+            _ => {}
+        }
+        format!("{line}\n")
+    };
+    text.lines().map(line).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn a_file_with_other_values_differs_in_these_alone() {
+        for text in FILES {
+            let table = |text: &str| toml::from_str::<toml::Table>(text).unwrap();
+            let mut expected = table(text);
+            let mut values = BTreeMap::new();
+            let parameters = expected["parameter"].as_array_mut().unwrap();
+            for (parameter, value) in parameters.iter_mut().zip(1..) {
+                let parameter = parameter.as_table_mut().unwrap();
+                let value = 0.5 * f64::from(value);
+                values.insert(parameter["name"].as_str().unwrap().to_owned(), value);
+                parameter["typical"] = value.into();
+            }
+            expected["id"] = "proposed_7".into();
+            assert_eq!(table(&with_values(text, "proposed_7", &values)), expected);
+        }
+    }
 
     #[test]
     fn every_file_has_an_identifier_of_its_own_that_is_known_for_a_term() {

@@ -7,7 +7,7 @@
 //! g_i = s sum_k d_k z_k cos(pi k i / (NODES - 1)),   d_0 = 1, d_k = k^-2
 //! ```
 //!
-//! with independent standard normal z_k before the data: the cosine coefficients of a curve of which the second derivative is
+//! with independent normal z_k before the data, of standard deviation 1 unless the data tell another smoothness ([`Smoothness`]): the cosine coefficients of a curve of which the second derivative is
 //! white have standard deviations that fall with the square of their number (Wahba 1990, Spline Models for Observational Data,
 //! sect. 1.3). s is the strength as met in practice that the file gives as `typical`.
 
@@ -16,6 +16,7 @@ use crate::fmu::effect_card::EffectCard;
 use crate::measurement::{Campaign, Measurand};
 use crate::metric::velocity;
 use crate::observer::Structure;
+use serde::Serialize;
 
 /// Nodes of a curve.
 pub const NODES: usize = 8;
@@ -23,7 +24,7 @@ pub const NODES: usize = 8;
 const PREFIX: &str = "term_unknown_";
 /// How the names of the values at the nodes begin.
 const NODE: &str = "g_";
-/// Largest latent value, in standard deviations.
+/// Largest latent value, in standard deviations before the data.
 const MOST: f64 = 20.0;
 
 /// Name of the state that low-passes an argument.
@@ -274,6 +275,32 @@ pub(crate) fn is_node(name: &str) -> bool {
     name.starts_with(NODE)
 }
 
+/// How smooth a curve is believed to be: latent value `k` has the standard deviation `a max(k, 1)^(2 - p)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Smoothness {
+    /// a, in units of the typical strength.
+    pub strength: f64,
+    /// p, by which cosine coefficients fall with their number: 1 for a curve that is continuous, 2 for one with a slope, 3 for a
+    /// smoother one.
+    pub decay: f64,
+    /// Whether the evidence told both.
+    pub is_told: bool,
+}
+
+impl Smoothness {
+    /// What is believed where nothing told it.
+    pub const UNTOLD: Self = Self {
+        strength: 1.0,
+        decay: 2.0,
+        is_told: false,
+    };
+
+    /// Standard deviation of latent value `k` before the data.
+    pub fn std(&self, k: usize) -> f64 {
+        self.strength * (k.max(1) as f64).powf(2.0 - self.decay)
+    }
+}
+
 /// Weight of the latent value `k` at node `i`, in units of the strength.
 pub fn weight(k: usize, i: usize) -> f64 {
     let smooth = if k == 0 { 1.0 } else { (k as f64).powi(-2) };
@@ -285,8 +312,8 @@ pub fn latent_name(id: &str, k: usize) -> String {
     format!("{id}.z_{}", k + 1)
 }
 
-/// The latent values of an unknown function, which set those at its nodes.
-pub(crate) fn latent(card: &EffectCard) -> Vec<Parameter> {
+/// The latent values of an unknown function that is believed so smooth, which set those at its nodes.
+pub(crate) fn latent(card: &EffectCard, smoothness: Smoothness) -> Vec<Parameter> {
     let nodes: Vec<_> = card
         .parameters
         .iter()
@@ -303,9 +330,9 @@ pub(crate) fn latent(card: &EffectCard) -> Vec<Parameter> {
             .collect(),
         scale: Scale::Linear,
         prior: 0.0,
-        prior_std: 1.0,
-        min: -MOST,
-        max: MOST,
+        prior_std: smoothness.std(k),
+        min: -MOST * smoothness.std(k),
+        max: MOST * smoothness.std(k),
         step: 1e-3,
         support: None,
     };

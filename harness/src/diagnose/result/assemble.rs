@@ -106,14 +106,18 @@ pub fn conclude(
     let fitted = &steps[last].fitted;
     let spectral_ratio: Vec<f64> = steps.iter().map(|s| s.spectral_ratio).collect();
     let proposed_terms = match verdict {
-        Verdict::UnknownEffect => match fitted_library_effect(problem, selection, steps) {
-            Some(term) => vec![term],
-            None => crate::diagnose::explanation::proposed_term::propose(problem),
-        },
+        Verdict::UnknownEffect => {
+            let fitted = fitted_library_effects(problem, selection, steps);
+            match fitted.is_empty() {
+                false => fitted,
+                true => crate::diagnose::explanation::proposed_term::propose(problem),
+            }
+        }
         _ => Vec::new(),
     };
+    let probability = probability_of(problem, selection, verdict);
     let unknown = match verdict {
-        Verdict::UnknownEffect => unknown(problem, selection),
+        Verdict::UnknownEffect => unknown(problem, selection, probability),
         _ => None,
     };
     let unnamed_effects = match verdict {
@@ -172,8 +176,7 @@ pub fn conclude(
         .collect::<Result<_, _>>()?;
     Ok(Diagnosis {
         verdict,
-        verdict_probability: (!selection.by_hand)
-            .then(|| probability_of(problem, selection, verdict)),
+        verdict_probability: (!selection.by_hand).then_some(probability),
         forecast,
         noise_std: NoiseStd::of(
             problem.campaign.measurand(),
@@ -265,18 +268,25 @@ fn calibrated(fitted: &FittedHypothesis) -> BTreeMap<String, Estimate> {
     out
 }
 
-/// The term beyond the catalogue at the end of the path.
-fn fitted_library_effect(
+/// The terms beyond the catalogue that a path ends with, but for unknown functions.
+fn fitted_library_effects(
     problem: &Problem,
     selection: &Selection,
     steps: &[Step],
-) -> Option<ProposedTerm> {
-    selection.beyond.as_ref()?;
-    let of_library = |c: &&Choice| library::is_library_effect(&problem.catalogue[c.effect].id);
-    let choice = selection.path.last()?.choices.iter().rfind(of_library)?;
-    let last = steps.last()?;
+) -> Vec<ProposedTerm> {
+    let (Some(named), Some(last)) = (selection.path.last(), steps.last()) else {
+        return Vec::new();
+    };
+    if selection.beyond.is_none() {
+        return Vec::new();
+    }
     let left = last.holdout.nrmse / steps[0].holdout.nrmse;
-    proposal(problem, choice, &last.fitted, 1.0 - left.powi(2))
+    let explained = 1.0 - left.powi(2);
+    let of_library = |c: &&Choice| library::is_library_effect(&problem.catalogue[c.effect].id);
+    let terms = named.choices.iter().filter(of_library);
+    terms
+        .filter_map(|choice| proposal(problem, choice, &last.fitted, explained))
+        .collect()
 }
 
 /// What the calibrated model takes from the campaign as known, by FMU variable: nothing for an FMU with parameters of its own.

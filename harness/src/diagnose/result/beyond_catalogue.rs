@@ -4,7 +4,8 @@
 //! argument. Those of the same target and argument share what is said of it.
 
 use super::curve_formula::function_of;
-use crate::diagnose::explanation::curve_estimate::{CurveEstimate, curve_estimate};
+use crate::diagnose::estimation::curve_estimate::{CurveEstimate, curve_estimate};
+use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::{File, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::UnknownFunction;
@@ -42,7 +43,7 @@ impl<'a> Candidate<'a> {
     fn new(problem: &'a Problem, model: &'a FittedModel, log_posterior: f64) -> Option<Self> {
         if let Some(function) = function_of(problem, model) {
             let estimate = curve_estimate(problem, function, &model.fitted);
-            let gain = estimate.as_ref().map_or(0.0, |e| e.gain);
+            let price = estimate.as_ref().map_or(0.0, |e| e.price);
             return Some(Self {
                 acting: Acting {
                     target: function.place.to_owned(),
@@ -52,7 +53,7 @@ impl<'a> Candidate<'a> {
                 model,
                 effect: None,
                 curve: Some((function, estimate)),
-                log_posterior: gain + log_posterior,
+                log_posterior: price + log_posterior,
             });
         }
         let id = effect_of_library(problem, model)?;
@@ -83,35 +84,48 @@ pub(crate) fn effect_of_library<'a>(
     is_library_effect(id).then_some(id)
 }
 
+/// The first effect beyond the catalogue of several that explain the data together.
+fn first_of_several<'a>(problem: &Problem, selection: &'a Selection) -> Option<&'a Choice> {
+    let explains = selection.path.last().filter(|_| selection.explained);
+    let choices = &explains?.choices;
+    let is_beyond = |c: &&Choice| is_library_effect(&problem.catalogue[c.effect].id);
+    choices.iter().find(is_beyond).filter(|_| choices.len() > 1)
+}
+
 /// Hypotheses beyond the catalogue that were fitted.
 pub(crate) struct BeyondCatalogue<'a> {
     /// The hypotheses, best first.
     pub candidates: Vec<Candidate<'a>>,
-    /// Whether any of them is adequate. Then these alone are held.
+    /// Whether any of them is adequate. Then these alone are held, and the first of several.
     pub is_any_adequate: bool,
+    /// Whether several effects explain the data together, of which the first of these is one.
+    pub is_of_several: bool,
 }
 
 impl<'a> BeyondCatalogue<'a> {
     /// Those of a selection.
     pub fn of(problem: &'a Problem, selection: &'a Selection) -> Self {
-        let all = || selection.path.iter().chain(&selection.singles);
-        let is_decided = all().all(|model| !model.log_posterior.is_nan());
-        let posterior = |model: &FittedModel| match is_decided {
-            true => model.log_posterior,
-            false => log_posterior(problem, model),
-        };
-        let mut candidates: Vec<Candidate> = all()
-            .filter_map(|model| Candidate::new(problem, model, posterior(model)))
+        // Only some were fitted to all segments: on those compared all are told by the same data.
+        let all = selection.path.iter().chain(&selection.singles);
+        let mut candidates: Vec<Candidate> = all
+            .filter_map(|model| Candidate::new(problem, model, log_posterior(problem, model)))
             .collect();
         let is_any_adequate = candidates.iter().any(|c| c.model.reaches_floor());
-        candidates.retain(|c| !is_any_adequate || c.model.reaches_floor());
+        let first = first_of_several(problem, selection);
+        let is_first = |c: &Candidate| first.is_some() && c.model.choices.first() == first;
+        candidates.retain(|c| !is_any_adequate || c.model.reaches_floor() || is_first(c));
         candidates.sort_by(|a, b| match is_any_adequate {
             true => b.log_posterior.total_cmp(&a.log_posterior),
             false => a.model.compare(b.model),
         });
+        let place = candidates.iter().position(is_first);
+        if let Some(place) = place {
+            candidates[..=place].rotate_right(1);
+        }
         Self {
             candidates,
             is_any_adequate,
+            is_of_several: place.is_some(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! A short formula in place of the curve that a selection ends with, fitted to the data like any other effect.
 
+use crate::diagnose::estimation::curve_estimate::curve_estimate;
 use crate::diagnose::estimation::nesting::widen;
-use crate::diagnose::explanation::curve_estimate::curve_estimate;
 use crate::diagnose::explanation::short_formula::{Curve, short_formulas};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::library::FORMULA_PREFIX;

@@ -6,6 +6,7 @@ use crate::diagnose::explanation::proposed_term::ProposedTerm;
 use crate::diagnose::model::friction_prior::is_foreign;
 use crate::diagnose::model::library::{FORMULA_PREFIX, is_library_effect};
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::{Beyond, Contradiction, Selection};
@@ -340,9 +341,9 @@ pub(crate) fn words(
         Verdict::UnknownEffect => {
             if let Some(beyond) = &selection.beyond {
                 return match seen.proposed.first().filter(|term| term.fitted) {
-                    Some(term) => {
-                        let parts = Parts::of(problem, selection);
-                        beyond_words(beyond, &parts, term, calibrated, last)
+                    Some(_) => {
+                        let parts = Parts::of(problem, selection, seen.proposed);
+                        beyond_words(beyond, &parts, calibrated, last)
                     }
                     None => curve_words(calibrated, last),
                 };
@@ -418,12 +419,14 @@ fn curve_words(calibrated: &Rung, last: &Rung) -> String {
 struct Parts {
     /// Those of the catalogue.
     named: Vec<String>,
-    /// That of the library, empty for a formula that stands for a curve.
-    beyond: String,
+    /// Those of the library and formulas in place of curves, with what was fitted.
+    beyond: Vec<String>,
+    /// Files with which they can be tried.
+    files: Vec<String>,
 }
 
 impl Parts {
-    fn of(problem: &Problem, selection: &Selection) -> Self {
+    fn of(problem: &Problem, selection: &Selection, proposed: &[ProposedTerm]) -> Self {
         let choices = selection.path.last().map_or(&[][..], |m| &m.choices);
         let cards: Vec<&EffectCard> = choices
             .iter()
@@ -433,51 +436,74 @@ impl Parts {
             .into_iter()
             .partition(|card| is_library_effect(&card.id));
         let titled = |card: &&EffectCard| format!("{} ({})", card.id, card.title);
-        let is_formula = |card: &&EffectCard| card.id.starts_with(FORMULA_PREFIX);
+        let mut files: Vec<String> = (1..=proposed.len())
+            .map(|i| format!("proposed_{i}.toml"))
+            .collect();
+        let in_words = |card: &&EffectCard| {
+            let term = proposed
+                .iter()
+                .find(|t| t.effect.as_ref() == Some(&card.id));
+            match term {
+                None => titled(card),
+                Some(term) if card.id.starts_with(FORMULA_PREFIX) => formula(term),
+                Some(term) => format!("{}, {}", titled(card), formula(term)),
+            }
+        };
+        if beyond.iter().any(|card| is_unknown_function(&card.id)) {
+            files.push("unknown.toml".to_owned());
+        }
         Self {
             named: named.iter().map(titled).collect(),
-            beyond: match beyond.iter().find(|card| !is_formula(card)) {
-                Some(card) => format!("{}, ", titled(card)),
-                None => String::new(),
-            },
+            beyond: beyond.iter().map(in_words).collect(),
+            files,
         }
     }
 }
 
-/// That the data ask for a term beyond the catalogue.
-fn beyond_words(
-    beyond: &Beyond,
-    parts: &Parts,
-    term: &ProposedTerm,
-    calibrated: &Rung,
-    last: &Rung,
-) -> String {
-    let values: Vec<String> = term
-        .parameters
-        .iter()
-        .map(|(n, p)| with_interval(n, p))
-        .collect();
+/// A term's formula with the values fitted.
+fn formula(term: &ProposedTerm) -> String {
+    let values = term.parameters.iter();
+    let values: Vec<String> = values.map(|(n, p)| with_interval(n, p)).collect();
+    let (target, expression) = (&term.target, &term.expression);
+    format!("{target} = {expression} with {}", values.join(", "))
+}
+
+/// That the data ask for terms beyond the catalogue.
+fn beyond_words(beyond: &Beyond, parts: &Parts, calibrated: &Rung, last: &Rung) -> String {
+    let (terms, explain, do_so) = match parts.beyond.len() {
+        1 => ("one term beyond", "explains", "does"),
+        _ => ("terms beyond", "explain", "do"),
+    };
     let compared = match (&beyond.rival, &parts.named[..]) {
         (Some(rival), _) => format!(
-            "{rival} explains the data too, down to the noise, but a term beyond the catalogue explains them better, by {:.0} in the logarithm of the likelihood with its parameters priced in",
+            "{rival} explains the data too, down to the noise, but {terms} the catalogue {explain} them better, by {:.0} in the logarithm of the likelihood with parameters priced in",
             beyond.gain
         ),
         (None, []) => {
-            "no effect of the catalogue removes the misfit, but one term beyond it does".to_owned()
+            format!("no effect of the catalogue removes the misfit, but {terms} it {do_so}")
         }
         (None, named) => format!(
-            "no effect of the catalogue removes the misfit alone, but {} together with one term beyond it does",
+            "no effect of the catalogue removes the misfit alone, but {} together with {terms} it {do_so}",
             named.join(" and ")
         ),
     };
+    let (it, are_leads) = match parts.beyond.len() {
+        1 => (
+            "it",
+            "It is the simplest of its kind and a lead, not a name",
+        ),
+        _ => (
+            "them",
+            "They are the simplest of their kinds and leads, not names",
+        ),
+    };
+    let ready = if parts.files.len() == 1 { "is" } else { "are" };
     format!(
-        "Something outside the catalogue is missing: {compared}: {}{} = {} with {}. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. It is the simplest of its kind and a lead, not a name: proposed_1.toml is ready for `pack --effect` and `try`.",
-        parts.beyond,
-        term.target,
-        term.expression,
-        values.join(", "),
+        "Something outside the catalogue is missing: {compared}: {}. With {it} the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. {are_leads}: {} {ready} ready for `pack --effect` and `try`.",
+        parts.beyond.join("; and "),
         100.0 * calibrated.holdout_nrmse,
         100.0 * last.holdout_nrmse,
-        last.holdout_over_noise
+        last.holdout_over_noise,
+        parts.files.join(" and ")
     )
 }

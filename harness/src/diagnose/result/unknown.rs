@@ -6,8 +6,8 @@ use super::beyond_catalogue::{
 };
 use super::hysteresis::{Loop, hysteresis};
 use super::shape::{is_flat, shape};
+use crate::diagnose::estimation::curve_estimate::CurveEstimate;
 use crate::diagnose::explanation::argument::course;
-use crate::diagnose::explanation::curve_estimate::CurveEstimate;
 use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::problem::Problem;
@@ -91,10 +91,12 @@ pub struct Alternative {
 }
 
 /// What a selection tells of physics beyond the catalogue; `None` where no hypothesis beyond it was fitted.
-pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
+/// Where only several effects together explain the data, it is of the first of them, and its probability is that of the verdict.
+pub fn unknown(problem: &Problem, selection: &Selection, probability: f64) -> Option<Unknown> {
     let beyond = BeyondCatalogue::of(problem, selection);
     let first = beyond.candidates.first()?;
     let odds = beyond.odds();
+    let is_one_of_several = beyond.is_of_several;
     let known = if beyond.is_any_adequate {
         1.0
     } else {
@@ -104,7 +106,7 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
     let of_first = odds[0].1;
     let alternatives = odds[1..]
         .iter()
-        .filter(|(_, odds)| (of_first / odds).ln() < TIE)
+        .filter(|(_, odds)| !is_one_of_several && (of_first / odds).ln() < TIE)
         .map(|(acting, odds)| Alternative {
             target: acting.target.clone(),
             argument: acting.argument.clone(),
@@ -127,14 +129,18 @@ pub fn unknown(problem: &Problem, selection: &Selection) -> Option<Unknown> {
             effect: first.effect,
             memory: memory.as_ref(),
             shown: &shown,
-            is_adequate: beyond.is_any_adequate,
+            is_adequate: beyond.is_any_adequate || is_one_of_several,
+            is_one_of_several,
         }),
         memory_s: memory.map(|m| m.value),
         shape: shown.shape,
         hysteresis: shown.hysteresis,
         samples: shown.samples,
         curve: shown.curve,
-        probability: of_first / total,
+        probability: match is_one_of_several {
+            true => probability,
+            false => of_first / total,
+        },
         alternatives,
         nearest_library_effects: nearest(problem, selection),
         value_unit: value_unit(&first.acting.target).to_owned(),
@@ -259,6 +265,7 @@ struct Said<'a> {
     memory: Option<&'a Estimate>,
     shown: &'a Shown,
     is_adequate: bool,
+    is_one_of_several: bool,
 }
 
 /// Where the best hypothesis acts, what it depends on and what shape its curve has, in words.
@@ -305,7 +312,13 @@ fn in_words(said: &Said) -> String {
         .map_or(String::new(), |found| {
             format!(" {}", found.words(place, argument))
         });
-    format!("Most likely it {acts}{by}{shape}.{looped}")
+    match said.is_one_of_several {
+        true => format!(
+            "Of these, {} {acts}{shape}.{looped}",
+            said.effect.unwrap_or("the curve")
+        ),
+        false => format!("Most likely it {acts}{by}{shape}.{looped}"),
+    }
 }
 
 /// Which share of the samples of the runs fitted lies in each of [`INTERVALS`] equal intervals over the curve: from, to, share.
@@ -358,6 +371,7 @@ mod tests {
                 memory: None,
                 shown: &shown,
                 is_adequate: true,
+                is_one_of_several: false,
             })
         };
         let flat = [[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]];

@@ -17,6 +17,7 @@ pub mod roughness;
 pub mod screening;
 pub mod search;
 pub mod select;
+pub mod smoothness;
 pub mod subset_search;
 pub mod tested;
 pub mod ties;

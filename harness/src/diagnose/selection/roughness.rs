@@ -26,7 +26,7 @@ type Step = (i32, i32);
 const STEPS: [Step; 4] = [(1, 0), (0, -1), (-1, 0), (0, 1)];
 
 /// Least rise of the evidence for which a step is kept, nats: less tells nothing.
-const LEAST_RISE: f64 = 1.0;
+pub(super) const LEAST_RISE: f64 = 1.0;
 /// Share of a bound that counts as it: steps there and back round.
 const ROUNDED: f64 = 0.999;
 

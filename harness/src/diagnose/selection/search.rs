@@ -55,6 +55,8 @@ pub(crate) struct Exploration<'a> {
     pub pairs: Vec<FittedModel>,
     /// Pairs that were compared to first order alone ([`subset_search::Searched`]); `None` before sets were searched.
     pub untried: Option<Vec<Vec<Choice>>>,
+    /// Whether unknown functions have competed.
+    has_tried_unknown: bool,
     /// Effects beside an adequate hypothesis of which a score test says that no fit could change the verdict.
     pub tested: Vec<Tested>,
 }
@@ -96,6 +98,7 @@ pub(crate) fn explore<'a>(
         held_alone: None,
         pairs: Vec::new(),
         untried: None,
+        has_tried_unknown: false,
         tested: Vec::new(),
     };
     if !found.is_settled()? {
@@ -135,10 +138,7 @@ pub(crate) fn explore<'a>(
         found.add_library_effects()?;
     }
     // What has no name comes after all that has one.
-    if found.needs_unknown_functions() {
-        watch.stage(stages::UNKNOWN);
-        found.add_unknown_functions()?;
-    }
+    found.try_unknown_functions()?;
     screen.nest(&mut found.singles, &found.calibrated)?;
     Ok(found)
 }
@@ -287,6 +287,10 @@ impl Exploration<'_> {
         let mut extended: Option<Vec<Choice>> = None;
         let mut searched: Option<Beside> = None;
         while !self.watch.stop() && !self.problem.place_is_told() {
+            // What imitates much takes longest to extend, and what extends it imitates more: its rivals come first.
+            if self.leader_is_local() {
+                self.try_unknown_functions()?;
+            }
             self.close_on_all()?;
             let posterior = |c: &FittedModel| {
                 log_posterior_on_all(self.problem, c).unwrap_or(f64::NEG_INFINITY)
@@ -449,18 +453,36 @@ impl Exploration<'_> {
         self.screen.by_promise(jobs, alone, self.watch)
     }
 
-    /// Whether the catalogue has no answer: nothing is adequate, or only an effect of the library or one with values along each run,
-    /// which imitates much.
+    /// Whether the catalogue has no answer: nothing of it is adequate but with values along each run, which imitate much, or with these
+    /// it is more probable than without.
     fn needs_unknown_functions(&self) -> bool {
         let is_of_catalogue = |c: &&FittedModel| {
             let mut effects = c.choices.iter();
             effects.all(|e| !is_library_effect(&self.problem.catalogue[e.effect].id))
         };
-        !self
+        let has_answer = self
             .all()
             .filter(is_of_catalogue)
-            .any(FittedModel::is_answer)
-            && !self.problem.place_is_told()
+            .any(FittedModel::is_answer);
+        (!has_answer || self.leader_is_local()) && !self.problem.place_is_told()
+    }
+
+    /// Whether the most probable of what is adequate has values of its own along each run.
+    fn leader_is_local(&self) -> bool {
+        let posterior = |model: &FittedModel| log_posterior(self.problem, model);
+        let adequate = self.all().filter(|m| m.reaches_floor());
+        let leader = adequate.max_by(|a, b| posterior(a).total_cmp(&posterior(b)));
+        leader.is_some_and(FittedModel::is_local)
+    }
+
+    /// Lets unknown functions compete where the catalogue has no answer, once.
+    fn try_unknown_functions(&mut self) -> Result<(), Error> {
+        if self.has_tried_unknown || !self.needs_unknown_functions() {
+            return Ok(());
+        }
+        self.has_tried_unknown = true;
+        self.watch.stage(stages::UNKNOWN);
+        self.add_unknown_functions()
     }
 
     /// All that was fitted.
@@ -502,6 +524,18 @@ impl Exploration<'_> {
         let held = screen.compete(&jobs, &alone, CURVE, watch)?;
         let mut found = screen.freed(&held)?;
         screen.finish(&mut found, watch)?;
+        // A brief fit tells only what may be the most probable of all.
+        let posterior = |model: &FittedModel| log_posterior(self.problem, model);
+        let adequate = self.all().filter(|m| m.reaches_floor());
+        let best = adequate.map(posterior).fold(f64::NEG_INFINITY, f64::max);
+        let found = parallel(&found, |model: &FittedModel| {
+            let is_open = model.reaches_floor() && posterior(model) + model.most_gain() > best;
+            let ended = match is_open {
+                true => screen.to_its_end(model)?,
+                false => model.clone(),
+            };
+            screen.with_told_smoothness(ended)
+        })?;
         screen.keep_better(&mut self.singles, held);
         screen.keep_better(&mut self.singles, found);
         Ok(())
