@@ -113,7 +113,10 @@ pub fn unknown(problem: &Problem, selection: &Selection, probability: f64) -> Op
             probability: odds / total,
         })
         .collect();
-    let curve = beyond.curve();
+    // Beside other effects a curve fitted alone shows what these do too.
+    let curve = beyond
+        .curve()
+        .filter(|_| !is_one_of_several || first.effect.is_none());
     let shown = curve.map(|(c, of, e)| Shown::new(problem, c, of, e));
     let shown = shown.unwrap_or_default();
     let memory = memory(problem, first);
