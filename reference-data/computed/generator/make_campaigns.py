@@ -9,7 +9,7 @@ the display adds white noise. A strength of the hidden effect is kept only if sw
 KIND is one of
     single, pair, none   one, two or no effects of the catalogue
     outside              one that the catalogue does not have; with --new-physics one of simulate.NEW_PHYSICS, with
-                         --further-physics one of simulate.FURTHER_PHYSICS
+                         --further-physics one of simulate.FURTHER_PHYSICS, with --fresh-physics one of simulate.FRESH_PHYSICS
     mixed                single, pair, none and outside at random
     one-load             as single, or none in one of five campaigns; all runs at one operating point
     misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
@@ -47,7 +47,7 @@ from pathlib import Path
 import numpy as np
 
 from simulate import (
-    EFFECTS, EXTRA, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State,
+    EFFECTS, EXTRA, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State,
     eigenfunction, simulate, start)
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
@@ -71,7 +71,8 @@ RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6, "acceleration": 1e-3}  #
 # Standard deviation of the offset from run to run, m, m/s, m/s^2. An accelerometer's is what is left of the bias of its electronics
 # behind the coupling capacitor and the input's own: up to some 0.05 m/s^2, 0.05 mV at 1 mV/(m/s^2).
 OFFSET = {"displacement": 0.0, "velocity": 0.0, "acceleration": 0.02}
-OF_SENSOR = ("sensor_lag", "outside:quadratic_sensor", "outside:cubic_sensor", "outside:sensor_saturation", "outside:sensor_drift")
+OF_SENSOR = ("sensor_lag", "outside:quadratic_sensor", "outside:cubic_sensor", "outside:sensor_saturation", "outside:sensor_drift",
+             "outside:mains_hum", "outside:ac_coupling")
 COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
 WEAKER = 3.0  # --kind weak: draw_effect's strength over this
 STRENGTH = {  # effects with an amplitude, and its name
@@ -167,6 +168,12 @@ def draw_effect(rng, name, f1):
         "outside:speed_memory": lambda: {"gain": sign(rng) * lu(0.1, 1.0), "time_constant": lu(0.005, 0.1)},
         "outside:frequency_by_amplitude": lambda: {"change": sign(rng) * lu(0.003, 0.03), "time_constant": lu(0.01, 0.2)},
         "outside:absorber": lambda: {"mass": lu(5e-4, 5e-3), "frequency": lu(100, 400), "damping_ratio": lu(0.01, 0.1)},
+        "outside:mains_hum": lambda: {"amplitude": lu(1e-6, 1e-5), "frequency": 50.0 if rng.random() < 0.5 else 100.0},
+        "outside:ac_coupling": lambda: {"time_constant": lu(0.05, 1.0)},
+        "outside:lagging_load": lambda: {"coefficient": sign(rng) * lu(30, 200), "time_constant": lu(0.005, 0.1)},
+        "outside:eccentric_pulley": lambda: {"amplitude": lu(0.005, 0.05), "circumference": lu(0.01, 0.15)},
+        "outside:frequency_step": lambda: {"change": sign(rng) * lu(0.003, 0.03), "instant": lu(0.1, 0.4)},
+        "outside:run_in": lambda: {"change": lu(0.03, 0.2), "distance": lu(0.01, 0.06)},
         "outside:friction_by_load": lambda: {"exponent": lu(0.15, 0.4), "force": 80.0},
     }[name]()
 
@@ -501,6 +508,8 @@ def kind_of(kind, names):
         return "outside-new-physics"
     if any(name in FURTHER_PHYSICS for name in names):
         return "outside-further-physics"
+    if any(name in FRESH_PHYSICS for name in names):
+        return "outside-fresh-physics"
     if any(name in OUTSIDE or name in LATER_PHYSICS for name in names):
         return "outside"
     return ["none", "single", "pair"][len(names)]
@@ -515,6 +524,7 @@ def parser():
     p.add_argument("--effect", choices=list(PLACES), help="hide this effect (with a kind that hides any)")
     p.add_argument("--new-physics", action="store_true", help="effects outside the catalogue are those that nothing in the project mirrors")
     p.add_argument("--further-physics", action="store_true", help="the same, of the kinds that were written when the diagnosis was finished")
+    p.add_argument("--fresh-physics", action="store_true", help="the same, of the kinds that were written last, after it was frozen")
     p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
@@ -533,10 +543,11 @@ def parser():
 def parse(argv=None):
     p = parser()
     args = p.parse_args(argv)
-    if (args.new_physics or args.further_physics) and args.kind not in ("outside", "mixed"):
-        p.error("--new-physics and --further-physics go with --kind outside or mixed")
-    if args.new_physics and args.further_physics:
-        p.error("--new-physics and --further-physics exclude each other")
+    chosen = [args.new_physics, args.further_physics, args.fresh_physics]
+    if any(chosen) and args.kind not in ("outside", "mixed"):
+        p.error("--new-physics, --further-physics and --fresh-physics go with --kind outside or mixed")
+    if sum(chosen) > 1:
+        p.error("--new-physics, --further-physics and --fresh-physics exclude each other")
     if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
         p.error(f"{args.effect} has no amplitude for --kind weak")
     if args.channel != "displacement" and args.effect in OF_SENSOR:
@@ -557,7 +568,8 @@ def main(argv=None):
     args = parse(argv)
     rng = np.random.default_rng(args.seed)
     answers = []
-    outside = NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics else OUTSIDE
+    outside = (NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics
+               else FRESH_PHYSICS if args.fresh_physics else OUTSIDE)
     for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside), args.channel, args.place), 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)

@@ -34,6 +34,14 @@ Physics that was written when the diagnosis was finished (FURTHER_PHYSICS)
 Physics that was written later still (LATER_PHYSICS)
     outside:friction_by_load        mu -> mu (F_N/F_0)^(-e); exponent e (1; 1/3 of an elastic contact, Archard 1957), force F_0 (N)
 
+Physics that was written after the diagnosis of ADR 0057 was frozen (FRESH_PHYSICS)
+    outside:mains_hum               measured = w + a cos(2 pi f t + p); amplitude a (m), frequency f (Hz), phase p (rad)
+    outside:ac_coupling             measured = w - x, tau x' = w - x; time_constant tau (s); x = w at first
+    outside:lagging_load            F_N -> F_N (1 + k x), tau x' = w - x; coefficient k (1/m), time_constant tau (s); x = 0 at first
+    outside:eccentric_pulley        v_0 -> v_0 [1 + a cos(2 pi v_0 t/L + p)]; amplitude a (1), circumference L (m), phase p (rad)
+    outside:frequency_step          f_1 -> f_1 [1 + a (1 + tanh((t - t_0)/5 ms))/2]; change a (1), instant t_0 (s): a bolt comes loose
+    outside:run_in                  mu -> mu [1 + a exp(-d/L)], d' = |v_r|; change a (1), distance L (m); d = 0 at first
+
 Symbols: q_j modal coordinate (m), D_j damping ratio, w_j = 2 pi f_j, m modal mass (kg), phi_j(1) = +2, -2, +2, ...,
 F_N normal force (N), v1 Stribeck velocity (m/s), c2 (s/m), mu_0 static friction coefficient (v_r -> 0).
 
@@ -116,15 +124,22 @@ def beam_integrals(n):
     F_AMP_A, F_AMP_TAU,  # outside:frequency_by_amplitude, 1 (for 1 mm), s
     F_ABS_M, F_ABS_F, F_ABS_D,  # outside:absorber, kg, Hz, 1
     L_LOAD_E, L_LOAD_F,  # outside:friction_by_load, 1, N
+    H_HUM_A, H_HUM_F, H_HUM_P,  # outside:mains_hum, m, Hz, rad
+    H_AC_TAU,  # outside:ac_coupling, s
+    H_LAG_K, H_LAG_TAU,  # outside:lagging_load, 1/m, s
+    H_PUL_A, H_PUL_L, H_PUL_P,  # outside:eccentric_pulley, 1, m, rad
+    H_STEP_A, H_STEP_T,  # outside:frequency_step, 1, s
+    H_RUN_A, H_RUN_L,  # outside:run_in, 1, m
     SIZE,
-) = range(84)
+) = range(97)
 
 # Places in the state vector after q_1..q_n, q_1'..q_n'
 S, U, Z, X, XD, Y, R = range(7)  # belt travel, lagged speed, bristle, belt-drive displacement and velocity, sensor, slip memory
 A, T, H = range(7, 10)  # contact's age theta v_0/L - 1 (1), its temperature (K), hysteretic force (N)
-M, P, PV = range(10, 13)  # low-passed speed (m/s) or deflection (m), absorber's place over the tip (m) and velocity (m/s)
+M, P, PV = range(10, 13)  # low-passed speed (m/s) or deflection (m), distance slid (m), absorber's place over the tip (m) and velocity (m/s)
 EXTRA = 13
 AGE_BOUNDS = 0.5, 1.5  # of the factor of outside:ageing_law, 1
+STEP_WIDTH = 5e-3  # of outside:frequency_step, s
 STICK = 0
 
 
@@ -159,8 +174,20 @@ def _slowed(t, p):
 
 
 @njit(cache=True)
+def _eccentric(t, p):
+    """Share of its speed by which an eccentric pulley speeds the belt up (1), and its rate (1/s)."""
+    if p[H_PUL_A] == 0.0:
+        return 0.0, 0.0
+    omega = 2.0 * math.pi * p[V0] / p[H_PUL_L]
+    arg = omega * t + p[H_PUL_P]
+    return p[H_PUL_A] * math.cos(arg), -p[H_PUL_A] * omega * math.sin(arg)
+
+
+@njit(cache=True)
 def _drifted(t, p, x):
-    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2, or that of the low-passed deflection x (m)."""
+    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2, that of a step in time, or that of the low-passed deflection x (m)."""
+    if p[H_STEP_A] != 0.0:
+        return (1.0 + 0.5 * p[H_STEP_A] * (1.0 + math.tanh((t - p[H_STEP_T]) / STEP_WIDTH))) ** 2
     if p[F_AMP_A] != 0.0:
         return (1.0 + p[F_AMP_A] * x / 1e-3) ** 2
     if p[O_FREQ_A] == 0.0 or t <= 0.0:
@@ -187,6 +214,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     normal = p[FN] * (1.0 + p[NC_K] * w) * (1.0 + p[O_NV] * wd)
     if p[NM_A] != 0.0:
         normal *= 1.0 + p[NM_A] * math.cos(2.0 * math.pi * p[NM_F] * t + p[NM_P])
+    if p[H_LAG_K] != 0.0:
+        normal *= 1.0 + p[H_LAG_K] * y[e + M]
     if normal < 0.0:
         normal = 0.0
     factor = p[LEVEL]
@@ -207,6 +236,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         factor *= 1.0 + p[F_FW_A] * math.tanh(w / p[F_FW_W])
     if p[F_MEM_A] != 0.0:
         factor *= 1.0 + p[F_MEM_A] * y[e + M]
+    if p[H_RUN_A] != 0.0:
+        factor *= 1.0 + p[H_RUN_A] * math.exp(-y[e + M] / p[H_RUN_L])
     if p[L_LOAD_E] != 0.0 and normal > 0.0:
         factor *= (normal / p[L_LOAD_F]) ** -p[L_LOAD_E]
     slowed, rate = _slowed(t, p)
@@ -216,6 +247,9 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         arg = 2.0 * math.pi * p[O_RIP_F] * t + p[O_RIP_P]
         belt += p[V0] * p[O_RIP_A] * math.cos(arg)
         belt_rate -= p[V0] * p[O_RIP_A] * 2.0 * math.pi * p[O_RIP_F] * math.sin(arg)
+    eccentric, eccentric_rate = _eccentric(t, p)
+    belt += p[V0] * eccentric
+    belt_rate += p[V0] * eccentric_rate
     belt += y[e + XD]
     shake = 0.0
     if p[BASE_A] != 0.0:
@@ -315,6 +349,8 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     dy[e + Y] = 0.0
     if p[SENSOR_TAU] != 0.0:
         dy[e + Y] = (w - y[e + Y]) / p[SENSOR_TAU]
+    elif p[H_AC_TAU] != 0.0:
+        dy[e + Y] = (w - y[e + Y]) / p[H_AC_TAU]
     dy[e + A] = 0.0
     if p[O_AGE_B] != 0.0:
         dy[e + A] = (p[V0] - speed * (1.0 + y[e + A])) / p[O_AGE_L]
@@ -329,6 +365,10 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         dy[e + M] = (abs(vr) - y[e + M]) / p[F_MEM_TAU]
     elif p[F_AMP_A] != 0.0:
         dy[e + M] = (abs(w) - y[e + M]) / p[F_AMP_TAU]
+    elif p[H_LAG_K] != 0.0:
+        dy[e + M] = (w - y[e + M]) / p[H_LAG_TAU]
+    elif p[H_RUN_A] != 0.0:
+        dy[e + M] = abs(vr)
     dy[e + P] = 0.0
     dy[e + PV] = 0.0
     if p[F_ABS_M] != 0.0:
@@ -365,6 +405,7 @@ def _relative_velocity(t, y, n, phi, p):
     belt = p[V0] * _slowed(t, p)[0]
     if p[O_RIP_A] != 0.0:
         belt += p[V0] * p[O_RIP_A] * math.cos(2.0 * math.pi * p[O_RIP_F] * t + p[O_RIP_P])
+    belt += p[V0] * _eccentric(t, p)[0]
     return v - (belt + y[2 * n + XD])
 
 
@@ -569,7 +610,15 @@ FURTHER_PHYSICS = {
 LATER_PHYSICS = {
     "outside:friction_by_load": {"exponent": L_LOAD_E, "force": L_LOAD_F},
 }
-PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS, **LATER_PHYSICS}
+FRESH_PHYSICS = {
+    "outside:mains_hum": {"amplitude": H_HUM_A, "frequency": H_HUM_F, "phase": H_HUM_P},
+    "outside:ac_coupling": {"time_constant": H_AC_TAU},
+    "outside:lagging_load": {"coefficient": H_LAG_K, "time_constant": H_LAG_TAU},
+    "outside:eccentric_pulley": {"amplitude": H_PUL_A, "circumference": H_PUL_L, "phase": H_PUL_P},
+    "outside:frequency_step": {"change": H_STEP_A, "instant": H_STEP_T},
+    "outside:run_in": {"change": H_RUN_A, "distance": H_RUN_L},
+}
+PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS}
 
 
 @dataclass
@@ -685,6 +734,8 @@ class Record:
     lagging_sensor: bool
     curve: tuple  # curvatures of the sensor, 1/m and 1/m^2
     sensor: tuple = (0.0, 0.0, 1.0)  # level at which it saturates, m; its drift in the end, m, and time constant, s
+    hum: tuple = (0.0, 0.0, 0.0)  # amplitude, m; frequency, Hz; phase, rad
+    ac_coupled: bool = False
 
     @property
     def w(self):
@@ -703,6 +754,11 @@ class Record:
             x = level * np.tanh(x / level)
         if change != 0.0:
             x = x + change * (1 - np.exp(-np.maximum(self.t, 0.0) / tau))
+        if self.ac_coupled:
+            x = x - self.y[:, 2 * self.n + Y]
+        amplitude, frequency, phase = self.hum
+        if amplitude != 0.0:
+            x = x + amplitude * np.cos(2 * np.pi * frequency * self.t + phase)
         return x + self.curve[0] * x**2 + self.curve[1] * x**3
 
     def state(self, i):
@@ -738,4 +794,5 @@ def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1
         events, max_events)
     return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, acceleration, mode, since, numbers,
                   events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0,
-                  (b["p"][O_CURVE2], b["p"][O_CURVE3]), tuple(b["p"][[F_SAT, F_ZERO_A, F_ZERO_TAU]]))
+                  (b["p"][O_CURVE2], b["p"][O_CURVE3]), tuple(b["p"][[F_SAT, F_ZERO_A, F_ZERO_TAU]]),
+                  tuple(b["p"][[H_HUM_A, H_HUM_F, H_HUM_P]]), b["p"][H_AC_TAU] != 0.0)

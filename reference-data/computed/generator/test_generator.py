@@ -17,7 +17,7 @@ from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign,
                             main, parse, parser, replay, smooth_profile)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
-from simulate import EFFECTS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
+from simulate import EFFECTS, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
 
 DEMO = FOLDER.parents[1] / "demo"
 
@@ -45,7 +45,7 @@ def every_slip_effect():
     """All effects with a meaning in steady slip, switched on together; later ones have closed forms of their own."""
     rng = np.random.default_rng(7)
     rig = draw_beam(rng)
-    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in FURTHER_PHYSICS and k not in LATER_PHYSICS
+    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in {**FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS}
                    and k not in ("presliding_compliance", "static_friction_aging", "outside:rate_and_state")}
     for k in rig.effects:
         if "phase" in PLACES[k]:
@@ -447,6 +447,55 @@ def test_an_absorber_is_one_more_mass_on_a_spring():
     assert np.abs(record.w - exact).max() < 1e-9
 
 
+# --------------------------------------------------------------------------------------------------- fresh physics
+def test_a_sensor_hums_and_lets_no_constant_through():
+    hum = {"amplitude": 3e-6, "frequency": 50.0, "phase": 0.7}
+    record = free(Rig(effects={"outside:mains_hum": hum}), 1e-3)
+    assert np.allclose(record.measured - record.w, 3e-6 * np.cos(100 * math.pi * record.t + 0.7), atol=1e-15)
+    tau = 0.03
+    record = free(Rig(frequencies=[80.0], damping=[0.0], tip=[2.0], effects={"outside:ac_coupling": {"time_constant": tau}}), 1e-3)
+    # tau x' = W cos(om t) - x, x(0) = W
+    om, size = 160 * math.pi, 2e-3
+    part = size / (1 + (om * tau) ** 2)
+    x = part * (np.cos(om * record.t) + om * tau * np.sin(om * record.t)) + (size - part) * np.exp(-record.t / tau)
+    assert np.abs(record.measured - (record.w - x)).max() < 1e-9
+
+
+def test_a_load_follows_late_and_a_contact_runs_in():
+    constant = {"a1": 0.0, "a2": 0.0}
+    state = start(Rig(), [0.0, 0.0], [0.0, 0.0], belt_velocity=1000.0)
+    k, tau = 100.0, 0.02
+    rig = Rig(**constant, effects={"outside:lagging_load": {"coefficient": k, "time_constant": tau}})
+    record = simulate(rig, 60.0, 1000.0, state, duration=0.05)
+    dt = record.t[1] - record.t[0]
+    x = np.zeros(record.t.size)
+    for i in range(1, x.size):  # the trapezoidal rule
+        x[i] = ((1 - dt / 2 / tau) * x[i - 1] + dt / 2 / tau * (record.w[i - 1] + record.w[i])) / (1 + dt / 2 / tau)
+    assert np.allclose(record.force, 0.66 * 60 * (1 + k * x), rtol=1e-5)
+    rig = Rig(**constant, effects={"outside:run_in": {"change": 0.1, "distance": 20.0}})
+    record = simulate(rig, 60.0, 1000.0, state, duration=0.05)
+    slid = 1000 * record.t - (record.w - record.w[0])
+    assert np.allclose(record.force, 0.66 * 60 * (1 + 0.1 * np.exp(-slid / 20.0)), rtol=1e-9)
+
+
+def test_in_stick_the_tip_goes_with_the_eccentric_pulley():
+    rig = Rig(effects={"outside:eccentric_pulley": {"amplitude": 0.2, "circumference": 1e-3, "phase": 0.5}})
+    own = 0.02 * (1 + 0.2 * math.cos(0.5))
+    record = simulate(rig, 100.0, 0.02, start(rig, [0.0, 0.0], [own / 2, 0.0], mode=0), duration=0.02)
+    assert len(record.events) == 0
+    assert np.abs(record.wd - 0.02 * (1 + 0.2 * np.cos(2 * math.pi * 20 * record.t + 0.5))).max() < 1e-9
+
+
+def test_a_bolt_that_comes_loose_steps_the_frequency():
+    """q'' = -[w_1 (1 + a (1 + tanh((t - t_0)/5 ms))/2)]^2 q, by an adaptive method of order eight."""
+    a, instant = 0.03, 0.04
+    rig = Rig(frequencies=[80.0], damping=[0.0], tip=[2.0], effects={"outside:frequency_step": {"change": a, "instant": instant}})
+    record = free(rig, 1e-3)
+    rhs = lambda t, y: [y[1], -((160 * math.pi * (1 + a * (1 + math.tanh((t - instant) / 5e-3)) / 2)) ** 2) * y[0]]
+    exact = solve_ivp(rhs, (0, 0.1), [1e-3, 0], method="DOP853", rtol=1e-11, atol=1e-14, t_eval=record.t[:-1], max_step=1e-4)
+    assert np.abs(record.y[:-1, 0] - exact.y[0]).max() < 1e-9
+
+
 # ---------------------------------------------------------------------------------------------- limits and balances
 OFF = {  # parameters that switch an effect off while it is present
     "belt_periodic_friction": {"amplitude": 0.0, "wavelength": 0.02, "phase": 1.0},
@@ -670,6 +719,7 @@ def test_the_kind_of_each_campaign_is_told():
     assert {kind_of("outside", names) for names in choose(rng, "outside", 30, outside=list(NEW_PHYSICS))} == {"outside-new-physics"}
     hidden = {"none": [], "single": ["sensor_lag"], "pair": ["sensor_lag", "axial_load"], "outside": [next(iter(OUTSIDE))]}
     assert {kind_of("outside", [name]) for name in LATER_PHYSICS} == {"outside"}
+    assert {kind_of("outside", [name]) for name in FRESH_PHYSICS} == {"outside-fresh-physics"}
     assert {kind: kind_of("mixed", names) for kind, names in hidden.items()} == {kind: kind for kind in hidden}
 
 
@@ -678,6 +728,7 @@ def test_kinds_choose_from_their_lists():
     assert {name for (name,) in some("outside")} == set(OUTSIDE)
     assert {name for (name,) in some("outside", outside=list(NEW_PHYSICS))} == set(NEW_PHYSICS)
     assert {name for (name,) in some("outside", outside=list(FURTHER_PHYSICS))} == set(FURTHER_PHYSICS)
+    assert {name for (name,) in some("outside", outside=list(FRESH_PHYSICS))} == set(FRESH_PHYSICS)
     assert {name for (name,) in some("weak")} == set(STRENGTH)
     for kind in ("misstated", "one-load"):
         chosen = some(kind)
@@ -688,6 +739,8 @@ def test_kinds_choose_from_their_lists():
 
 @pytest.mark.parametrize("options", [
     ["--kind", "single", "--new-physics"],
+    ["--kind", "outside", "--further-physics", "--fresh-physics"],
+    ["--channel", "acceleration", "--effect", "outside:mains_hum"],
     ["--kind", "weak", "--effect", "third_mode"],
     ["--channel", "velocity", "--effect", "sensor_lag"],
     ["--channel", "acceleration", "--effect", "outside:sensor_drift"],
