@@ -25,6 +25,8 @@ pub enum Kind {
     OutsideNewPhysics,
     /// The same, of the kinds that were written when the diagnosis was finished.
     OutsideFurtherPhysics,
+    /// The same, of the kinds that were written last, after it was frozen.
+    OutsideFreshPhysics,
     /// At most one, on a rig that is known only roughly.
     Misstated,
     /// At most one, all runs at one operating point.
@@ -43,6 +45,7 @@ impl Kind {
             Kind::Outside => "outside",
             Kind::OutsideNewPhysics => "outside-new-physics",
             Kind::OutsideFurtherPhysics => "outside-further-physics",
+            Kind::OutsideFreshPhysics => "outside-fresh-physics",
             Kind::Misstated => "misstated",
             Kind::OneLoad => "one-load",
             Kind::Weak => "weak",
@@ -163,6 +166,8 @@ mod tests {
         assert_eq!(of("\"outside:a\"", said), Kind::OutsideNewPhysics);
         let said = ", \"kind\": \"outside-further-physics\"";
         assert_eq!(of("\"outside:a\"", said), Kind::OutsideFurtherPhysics);
+        let said = ", \"kind\": \"outside-fresh-physics\"";
+        assert_eq!(of("\"outside:a\"", said), Kind::OutsideFreshPhysics);
         assert_eq!(of("\"a\"", ", \"kind\": \"weak\""), Kind::Weak);
     }
 }
