@@ -5,15 +5,21 @@ every run starts anywhere on the belt, in stick at a random deflection or after 
 the display adds white noise. A strength of the hidden effect is kept only if switching it off changes the motion plainly within 40 ms.
 
     python make_campaigns.py --out DIR --count N --seed S --kind KIND [--effect ID] [--new-physics] [--channel CHANNEL]
+                             [--strength FACTOR]
 
 KIND is one of
     single, pair, none   one, two or no effects of the catalogue
     outside              one that the catalogue does not have; with --new-physics one of simulate.NEW_PHYSICS, with
-                         --further-physics one of simulate.FURTHER_PHYSICS, with --fresh-physics one of simulate.FRESH_PHYSICS
+                         --further-physics one of simulate.FURTHER_PHYSICS, with --fresh-physics one of simulate.FRESH_PHYSICS,
+                         with --blind-physics one of simulate.BLIND_PHYSICS
     mixed                single, pair, none and outside at random
     one-load             as single, or none in one of five campaigns; all runs at one operating point
     misstated            as single, or none in one of five campaigns; the rig is known only roughly, see draw_misstated()
     weak                 as single, of a third of the strength, under noise of 2 micrometres; not necessarily visible
+
+With --strength FACTOR the strength of every hidden effect is multiplied by FACTOR after it was drawn: its parameter in STRENGTH or
+OUTSIDE_STRENGTH, the one that the kind weak divides by 3. Effects without such a parameter are not hidden then. As ever, draws are repeated
+until the effect is visible under some noise, so a small FACTOR also means less noise; only the kind weak hides what is not visible.
 
 With --channel velocity a vibrometer measures the tip's velocity, with --channel acceleration an accelerometer its acceleration: no effect
 of the sensor of displacements is hidden, "noise_m" and "offset_m" are "noise_m_per_s" and "offset_m_per_s", or "noise_m_per_s2" and
@@ -31,7 +37,8 @@ factor over stated one, 1), noise and, for each run, offset (SI).
 
 Conventions of truth.json: normal_force_n and belt_velocity_m_per_s of a run, and points, are as campaign.toml states them. The true ones
 are weight and drive times those (true over stated, 1; left out where they are 1). tip: true phi_j(1) (1), left out where nominal.
-kind: what sort of campaign it is: KIND, but for mixed, and outside-new-physics where the effect is one of simulate.NEW_PHYSICS.
+kind: what sort of campaign it is: KIND, but for mixed, and outside-new-physics where the effect is one of simulate.NEW_PHYSICS;
+likewise outside-further-physics, outside-fresh-physics and outside-blind-physics.
 Times and phases count from the first sample of a run (t = 0), belt travel s = 0 there; units SI; the names under "parameters" are those of
 simulate.PLACES. runs[i].start is the full state at the first sample, so a run can be replayed exactly: see replay().
 visibility: root-mean-square difference over 40 ms with and without the effect, from the same state, over the noise; median over windows.
@@ -47,8 +54,8 @@ from pathlib import Path
 import numpy as np
 
 from simulate import (
-    EFFECTS, EXTRA, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, WAVE_NUMBERS, X, XD, Y, Z, Rig, State,
-    eigenfunction, simulate, start)
+    BLIND_PHYSICS, EFFECTS, EXTRA, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, S, V0, WAVE_NUMBERS, X, XD,
+    Y, Z, Rig, State, eigenfunction, simulate, start)
 
 POINTS = [(36, 0.04), (41, 0.02), (60, 0.04), (60, 0.06), (80, 0.05), (80, 0.1), (100, 0.1), (100, 0.14), (120, 0.08), (120, 0.12)]
 NOMINAL = {"natural_frequencies_hz": [80.0, 510.0], "damping_ratios": [0.00015, 0.00085], "mass_kg": 0.427}
@@ -72,7 +79,7 @@ RESOLUTION = {"displacement": 2.5e-9, "velocity": 1e-6, "acceleration": 1e-3}  #
 # behind the coupling capacitor and the input's own: up to some 0.05 m/s^2, 0.05 mV at 1 mV/(m/s^2).
 OFFSET = {"displacement": 0.0, "velocity": 0.0, "acceleration": 0.02}
 OF_SENSOR = ("sensor_lag", "outside:quadratic_sensor", "outside:cubic_sensor", "outside:sensor_saturation", "outside:sensor_drift",
-             "outside:mains_hum", "outside:ac_coupling")
+             "outside:mains_hum", "outside:ac_coupling", "outside:frame_compliance")
 COARSE = {False: 5e-6, True: 2e-6}  # integration step where the motion itself is not kept, s; True: with bristles
 WEAKER = 3.0  # --kind weak: draw_effect's strength over this
 STRENGTH = {  # effects with an amplitude, and its name
@@ -87,6 +94,46 @@ STRENGTH = {  # effects with an amplitude, and its name
     "friction_drift": "change",
     "viscous_friction": "coefficient",
     "base_excitation": "amplitude",
+}
+# The same of the others: the parameters in which the effect is linear, at least while it is small. Scales, time constants and levels
+# are none, so an effect that has nothing else is left out.
+OUTSIDE_STRENGTH = {
+    "outside:quadratic_stiffness": ("coefficient",),
+    "outside:impact_stop": ("stiffness",),
+    "outside:direction_dependent_friction": ("asymmetry",),
+    "outside:cubic_damping": ("coefficient",),
+    "outside:belt_speed_ripple": ("amplitude",),
+    "outside:random_friction": ("scatter",),
+    "outside:asymmetric_damping": ("coefficient",),
+    "outside:parametric_stiffness": ("stiffness",),
+    "outside:normal_force_speed_coupling": ("coefficient",),
+    "outside:frequency_drift": ("change",),
+    "outside:ageing_law": ("gain",),
+    "outside:frictional_heating": ("coefficient",),
+    "outside:hysteresis": ("stiffness", "slip_force"),  # both, so that it slips from the same deflection on
+    "outside:quadratic_sensor": ("curvature",),
+    "outside:cubic_sensor": ("curvature",),
+    "outside:sensor_drift": ("change",),
+    "outside:magnet": ("strength",),
+    "outside:belt_slowing": ("change",),
+    "outside:friction_by_deflection": ("change",),
+    "outside:speed_memory": ("gain",),
+    "outside:frequency_by_amplitude": ("change",),
+    "outside:absorber": ("mass",),
+    "outside:friction_by_load": ("exponent",),
+    "outside:mains_hum": ("amplitude",),
+    "outside:lagging_load": ("coefficient",),
+    "outside:eccentric_pulley": ("amplitude",),
+    "outside:frequency_step": ("change",),
+    "outside:run_in": ("change",),
+    "outside:resonant_load": ("coefficient",),
+    "outside:motor_slip": ("slip",),
+    "outside:damping_by_amplitude": ("increase",),
+    "outside:frequency_by_heat": ("coefficient",),
+    "outside:clamp_play": ("share",),
+    "outside:friction_by_vibration": ("gain",),
+    "outside:hersey_number": ("exponent",),
+    "outside:frame_compliance": ("compliance",),
 }
 PER_RUN = ("phase", "start")  # parameters with a value of their own in each run
 EXCLUDED_PAIRS = [  # pairs without a common meaning: a bristle has neither a dwell time nor a break-away
@@ -174,6 +221,14 @@ def draw_effect(rng, name, f1):
         "outside:eccentric_pulley": lambda: {"amplitude": lu(0.005, 0.05), "circumference": lu(0.01, 0.15)},
         "outside:frequency_step": lambda: {"change": sign(rng) * lu(0.003, 0.03), "instant": lu(0.1, 0.4)},
         "outside:run_in": lambda: {"change": lu(0.03, 0.2), "distance": lu(0.01, 0.06)},
+        "outside:resonant_load": lambda: {"coefficient": sign(rng) * lu(0.03, 0.3), "frequency": lu(120, 600), "damping_ratio": lu(0.03, 0.2)},
+        "outside:motor_slip": lambda: {"slip": lu(0.005, 0.05)},
+        "outside:damping_by_amplitude": lambda: {"increase": lu(3e-4, 6e-3), "time_constant": lu(0.01, 0.2)},
+        "outside:frequency_by_heat": lambda: heating(share=lu(0.003, 0.03), tau=lu(0.02, 0.3), coefficient=3e-4),
+        "outside:clamp_play": lambda: {"share": lu(0.01, 0.1), "play": lu(5e-5, 5e-4)},
+        "outside:friction_by_vibration": lambda: {"gain": lu(0.02, 0.2) / 150.0**2, "time_constant": lu(0.005, 0.1)},
+        "outside:hersey_number": lambda: {"exponent": lu(0.3, 1.0), "force": 80.0},
+        "outside:frame_compliance": lambda: {"compliance": lu(2e-8, 5e-7)},
         "outside:friction_by_load": lambda: {"exponent": lu(0.15, 0.4), "force": 80.0},
     }[name]()
 
@@ -185,15 +240,26 @@ def magnet(stiffness, distance):
 
 def draw_weak_effect(rng, name, f1):
     """draw_effect() with a third of the strength."""
-    values = draw_effect(rng, name, f1)
-    values[STRENGTH[name]] /= WEAKER
+    return strengthened(name, draw_effect(rng, name, f1), over=WEAKER)
+
+
+def strength_of(name):
+    """Names of the parameters that are an effect's strength; none of one that has no amplitude."""
+    return (STRENGTH[name],) if name in STRENGTH else OUTSIDE_STRENGTH.get(name, ())
+
+
+def strengthened(name, values, factor=1.0, over=1.0):
+    """The effect with factor/over times the strength."""
+    values = values | {key: values[key] * factor / over for key in strength_of(name)}
     if name == "belt_friction_profile":
-        values["node_values"] = np.round(np.array(values["node_values"]) / WEAKER, 9).tolist()
+        values["node_values"] = np.round(np.array(values["node_values"]) * factor / over, 9).tolist()
     return values
 
 
 def heating(share, tau, power=4.0, coefficient=0.003):
-    """Friction falls by about `share` (1) where a power (W) is dissipated for much longer than tau (s); k = 0.003 1/K as of polymers."""
+    """Friction, or a frequency, falls by about `share` (1) where a power (W) is dissipated for much longer than tau (s).
+
+    k = 0.003 1/K as of the friction of polymers; a modulus that falls by some 0.05 % per kelvin lowers a frequency by half of that."""
     return {"coefficient": coefficient, "heat_capacity": coefficient * power * tau / share, "time_constant": tau}
 
 
@@ -290,7 +356,8 @@ def draw_run(rng, rig, effects, point, args):
     transient = round(float(rng.uniform(0.01, 0.3)), 4) if rng.random() < args.transients else 0.0
     force = rig.mu_s * rig.weight * normal_force * rng.uniform(0.3, 0.95)
     q = [p * force / rig.mass / (2 * np.pi * f) ** 2 for p, f in zip(rig.tip, rig.frequencies)]
-    state = start(truth_rig, q, [rig.drive * belt_velocity / rig.tip[0], 0.0], mode=0)
+    belt = float(truth_rig.build(normal_force, belt_velocity)["p"][V0])  # with what a loaded motor falls behind
+    state = start(truth_rig, q, [belt / rig.tip[0], 0.0], mode=0)
     if "presliding_compliance" in effects:
         state.y[2 * truth_rig.modes() + Z] = -force / effects["presliding_compliance"]["bristle_stiffness"]
     state.stick_since = -transient
@@ -379,6 +446,8 @@ def draw_campaign(rng, names, args, points=None, effects=None):
         rig = draw_misstated(rng) if args.kind == "misstated" else draw_beam(rng)
         draw = draw_weak_effect if args.kind == "weak" else draw_effect
         effects = fixed[1] or {name: draw(rng, name, rig.frequencies[0]) for name in names}
+        if args.strength != 1.0 and not fixed[1]:
+            effects = {name: strengthened(name, values, args.strength) for name, values in effects.items()}
         points = fixed[0] or draw_points(rng, args)
         drawn = [draw_run(rng, rig, effects, point, args) for point in points]
         if any(d is None for d in drawn):
@@ -471,9 +540,11 @@ def write_campaign(folder, name, truth, records, rng):
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
 
 
-def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement", place=None):
+def choose(rng, kind, count, effect=None, outside=tuple(OUTSIDE), channel="displacement", place=None, strength=1.0):
     """Which effects each campaign hides. Cycles through the catalogue in a random order, so that all turn up."""
     catalogue = list(STRENGTH if kind == "weak" else EFFECTS)
+    if strength != 1.0:
+        catalogue, outside = ([name for name in ids if strength_of(name)] for ids in (catalogue, outside))
     if channel != "displacement" or place is not None:
         catalogue, outside = ([name for name in ids if name not in OF_SENSOR] for ids in (catalogue, outside))
     cycle = lambda ids: [list(ids)[j] for _ in range(count // len(ids) + 1) for j in rng.permutation(len(ids))]
@@ -510,6 +581,8 @@ def kind_of(kind, names):
         return "outside-further-physics"
     if any(name in FRESH_PHYSICS for name in names):
         return "outside-fresh-physics"
+    if any(name in BLIND_PHYSICS for name in names):
+        return "outside-blind-physics"
     if any(name in OUTSIDE or name in LATER_PHYSICS for name in names):
         return "outside"
     return ["none", "single", "pair"][len(names)]
@@ -525,6 +598,8 @@ def parser():
     p.add_argument("--new-physics", action="store_true", help="effects outside the catalogue are those that nothing in the project mirrors")
     p.add_argument("--further-physics", action="store_true", help="the same, of the kinds that were written when the diagnosis was finished")
     p.add_argument("--fresh-physics", action="store_true", help="the same, of the kinds that were written last, after it was frozen")
+    p.add_argument("--blind-physics", action="store_true", help="the same, of the kinds that were written without a look at it")
+    p.add_argument("--strength", type=float, default=1.0, help="factor on the strength of the hidden effects, 1")
     p.add_argument("--runs", type=int, help="runs of a campaign; without it 6, with --kind one-load 4")
     p.add_argument("--duration", type=float, default=0.6, help="of a run, s")
     p.add_argument("--transients", type=float, default=0.25, help="share of runs that start after a transient of 10 to 300 ms")
@@ -543,11 +618,15 @@ def parser():
 def parse(argv=None):
     p = parser()
     args = p.parse_args(argv)
-    chosen = [args.new_physics, args.further_physics, args.fresh_physics]
+    chosen = [args.new_physics, args.further_physics, args.fresh_physics, args.blind_physics]
     if any(chosen) and args.kind not in ("outside", "mixed"):
-        p.error("--new-physics, --further-physics and --fresh-physics go with --kind outside or mixed")
+        p.error("--new-physics, --further-physics, --fresh-physics and --blind-physics go with --kind outside or mixed")
     if sum(chosen) > 1:
-        p.error("--new-physics, --further-physics and --fresh-physics exclude each other")
+        p.error("--new-physics, --further-physics, --fresh-physics and --blind-physics exclude each other")
+    if not 0.0 < args.strength < math.inf:
+        p.error("--strength is a positive number")
+    if args.strength != 1.0 and args.effect and not strength_of(args.effect):
+        p.error(f"{args.effect} has no amplitude for --strength")
     if args.kind == "weak" and args.effect and args.effect not in STRENGTH:
         p.error(f"{args.effect} has no amplitude for --kind weak")
     if args.channel != "displacement" and args.effect in OF_SENSOR:
@@ -569,8 +648,9 @@ def main(argv=None):
     rng = np.random.default_rng(args.seed)
     answers = []
     outside = (NEW_PHYSICS if args.new_physics else FURTHER_PHYSICS if args.further_physics
-               else FRESH_PHYSICS if args.fresh_physics else OUTSIDE)
-    for i, names in enumerate(choose(rng, args.kind, args.count, args.effect, list(outside), args.channel, args.place), 1):
+               else FRESH_PHYSICS if args.fresh_physics else BLIND_PHYSICS if args.blind_physics else OUTSIDE)
+    chosen = choose(rng, args.kind, args.count, args.effect, list(outside), args.channel, args.place, args.strength)
+    for i, names in enumerate(chosen, 1):
         own = np.random.default_rng([args.seed, i])
         truth, records = draw_campaign(own, names, args)
         name = f"{i:03d}"

@@ -42,6 +42,26 @@ Physics that was written after the diagnosis of ADR 0057 was frozen (FRESH_PHYSI
     outside:frequency_step          f_1 -> f_1 [1 + a (1 + tanh((t - t_0)/5 ms))/2]; change a (1), instant t_0 (s): a bolt comes loose
     outside:run_in                  mu -> mu [1 + a exp(-d/L)], d' = |v_r|; change a (1), distance L (m); d = 0 at first
 
+Physics that was written without a look at what the diagnosis can explain (BLIND_PHYSICS)
+    outside:resonant_load           F_N -> F_N (1 + k x), x''/w_n^2 + 2 D x'/w_n + x = F/F_N; coefficient k (1), frequency w_n/2 pi (Hz),
+                                    damping_ratio D (1), F the friction force on the tip, F_N on the right the run's constant one; x = x' = 0
+                                    at first: the loading arm is bent by friction and swings (Tolstoi 1967, normal degree of freedom)
+    outside:motor_slip              v_0 -> v_0 (1 - a F_N/100 N); slip a (1), F_N the run's constant normal force: the belt drags over its bed,
+                                    and an induction motor falls behind in proportion to its torque (Fitzgerald, Kingsley, Umans 2003)
+    outside:damping_by_amplitude    D_1 -> D_1 + a x/mm, tau x' = |w| - x; increase a (1), time_constant tau (s); x = 0 at first: loss in
+                                    material and joints grows faster than the square of the stress (Lazan 1968)
+    outside:frequency_by_heat       f_1 -> f_1/(1 + k T), C T' = |F v_r| - C T/tau; coefficient k (1/K), heat_capacity C (J/K), time_constant
+                                    tau (s); T = 0 at first: the modulus falls as friction warms the beam (Wachtman et al. 1961)
+    outside:clamp_play              q_j'' + ... = ... + a w_1^2 (k_j/k_1)^2 g tanh(x/g), x = sum_j (k_j/k_1)^2 q_j; share a (1), play g (m);
+                                    k_j the wave numbers, so x goes with the moment at the clamp: it gives way to small moments, is tight
+                                    under large ones, and takes up the share a of both stiffnesses (Ibrahim, Pettit 2005, bolted joints)
+    outside:friction_by_vibration   mu -> mu/(1 + k x), tau x' = w''^2 - x; gain k (s^4/m^2), time_constant tau (s); x = 0 at first: vibration
+                                    parts the surfaces (Godfrey 1967; Thomsen 1999)
+    outside:hersey_number           mu(v) -> mu(v (F_N/F_0)^(-e)); exponent e (1), force F_0 (N): of a lubricated contact friction is one of
+                                    speed over load (Hersey 1914)
+    outside:frame_compliance        measured = w - c F; compliance c (m/N), F the friction force on the tip: its reaction moves the sensor's
+                                    stand along with the frame (structural loop, Slocum 1992)
+
 Symbols: q_j modal coordinate (m), D_j damping ratio, w_j = 2 pi f_j, m modal mass (kg), phi_j(1) = +2, -2, +2, ...,
 F_N normal force (N), v1 Stribeck velocity (m/s), c2 (s/m), mu_0 static friction coefficient (v_r -> 0).
 
@@ -130,16 +150,27 @@ def beam_integrals(n):
     H_PUL_A, H_PUL_L, H_PUL_P,  # outside:eccentric_pulley, 1, m, rad
     H_STEP_A, H_STEP_T,  # outside:frequency_step, 1, s
     H_RUN_A, H_RUN_L,  # outside:run_in, 1, m
+    B_RES_K, B_RES_F, B_RES_D,  # outside:resonant_load, 1, Hz, 1
+    B_SLIP,  # outside:motor_slip, 1
+    B_DAMP_A, B_DAMP_TAU,  # outside:damping_by_amplitude, 1 (for 1 mm), s
+    B_WARM_K, B_WARM_C, B_WARM_TAU,  # outside:frequency_by_heat, 1/K, J/K, s
+    B_PLAY_A, B_PLAY_G,  # outside:clamp_play, 1, m
+    B_VIB_K, B_VIB_TAU,  # outside:friction_by_vibration, s^4/m^2, s
+    B_HERSEY_E, B_HERSEY_F,  # outside:hersey_number, 1, N
+    B_FRAME,  # outside:frame_compliance, m/N
     SIZE,
-) = range(97)
+) = range(113)
 
 # Places in the state vector after q_1..q_n, q_1'..q_n'
 S, U, Z, X, XD, Y, R = range(7)  # belt travel, lagged speed, bristle, belt-drive displacement and velocity, sensor, slip memory
 A, T, H = range(7, 10)  # contact's age theta v_0/L - 1 (1), its temperature (K), hysteretic force (N)
-M, P, PV = range(10, 13)  # low-passed speed (m/s) or deflection (m), distance slid (m), absorber's place over the tip (m) and velocity (m/s)
-EXTRA = 13
+# Low-passed speed (m/s), deflection (m) or square of the acceleration (m^2/s^4), distance slid (m); absorber's place over the tip (m) and
+# velocity (m/s); lagging share of the friction force in the load (1) and its rate (1/s).
+M, P, PV, B, BV = range(10, 15)
+EXTRA = 15
 AGE_BOUNDS = 0.5, 1.5  # of the factor of outside:ageing_law, 1
 STEP_WIDTH = 5e-3  # of outside:frequency_step, s
+SLIP_LOAD = 100.0  # under which outside:motor_slip has its share, N
 STICK = 0
 
 
@@ -184,8 +215,10 @@ def _eccentric(t, p):
 
 
 @njit(cache=True)
-def _drifted(t, p, x):
-    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2, that of a step in time, or that of the low-passed deflection x (m)."""
+def _drifted(t, p, x, warmth):
+    """Factor on w_1^2 (1): [1 + a (1 - exp(-t/tau))]^2, that of a step in time, of the low-passed deflection x (m) or of a warmth (K)."""
+    if p[B_WARM_C] != 0.0:
+        return (1.0 + p[B_WARM_K] * warmth) ** -2
     if p[H_STEP_A] != 0.0:
         return (1.0 + 0.5 * p[H_STEP_A] * (1.0 + math.tanh((t - p[H_STEP_T]) / STEP_WIDTH))) ** 2
     if p[F_AMP_A] != 0.0:
@@ -193,6 +226,25 @@ def _drifted(t, p, x):
     if p[O_FREQ_A] == 0.0 or t <= 0.0:
         return 1.0
     return (1.0 + p[O_FREQ_A] * (1.0 - math.exp(-t / p[O_FREQ_TAU]))) ** 2
+
+
+@njit(cache=True)
+def _lost(w2, p, x):
+    """What the amplitude adds to 2 D_1 w_1 (1/s); x: the low-passed deflection (m)."""
+    if p[B_DAMP_A] == 0.0:
+        return 0.0
+    return 2.0 * p[B_DAMP_A] * x / 1e-3 * math.sqrt(w2[0])
+
+
+@njit(cache=True)
+def _given_way(y, n, w2, p):
+    """Acceleration (m/s^2) by which a clamp with play takes up stiffness of the first mode; that of mode j is (k_j/k_1)^2 times it."""
+    if p[B_PLAY_A] == 0.0:
+        return 0.0
+    x = 0.0
+    for j in range(n):
+        x += (WAVE_NUMBERS[j] / WAVE_NUMBERS[0]) ** 2 * y[j]
+    return p[B_PLAY_A] * w2[0] * p[B_PLAY_G] * math.tanh(x / p[B_PLAY_G])
 
 
 @njit(cache=True)
@@ -216,6 +268,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         normal *= 1.0 + p[NM_A] * math.cos(2.0 * math.pi * p[NM_F] * t + p[NM_P])
     if p[H_LAG_K] != 0.0:
         normal *= 1.0 + p[H_LAG_K] * y[e + M]
+    if p[B_RES_K] != 0.0:
+        normal *= 1.0 + p[B_RES_K] * y[e + B]
     if normal < 0.0:
         normal = 0.0
     factor = p[LEVEL]
@@ -238,6 +292,8 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         factor *= 1.0 + p[F_MEM_A] * y[e + M]
     if p[H_RUN_A] != 0.0:
         factor *= 1.0 + p[H_RUN_A] * math.exp(-y[e + M] / p[H_RUN_L])
+    if p[B_VIB_K] != 0.0:
+        factor /= 1.0 + p[B_VIB_K] * y[e + M]
     if p[L_LOAD_E] != 0.0 and normal > 0.0:
         factor *= (normal / p[L_LOAD_F]) ** -p[L_LOAD_E]
     slowed, rate = _slowed(t, p)
@@ -255,9 +311,12 @@ def _scene(t, y, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     if p[BASE_A] != 0.0:
         shake = p[BASE_A] * math.cos(2.0 * math.pi * p[BASE_F] * t + p[BASE_P])
     free = 0.0
-    stiffening = _drifted(t, p, y[e + M])
+    stiffening = _drifted(t, p, y[e + M], y[e + T])
+    lost = _lost(w2, p, y[e + M])
+    given_way = _given_way(y, n, w2, p)
     for j in range(n):
-        a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
+        a = -(dmp[j] + (lost if j == 0 else 0.0)) * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
+        a += given_way * (WAVE_NUMBERS[j] / WAVE_NUMBERS[0]) ** 2
         for i in range(n):
             a += soft[j, i] * y[i]
         free += phi[j] * a
@@ -327,6 +386,8 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         if p[O_DC] != 0.0:
             at = y[e + R]
             dy[e + R] = speed * (speed - at) / p[O_DC]
+        if p[B_HERSEY_E] != 0.0 and normal > 0.0:
+            at *= (normal / p[B_HERSEY_F]) ** -p[B_HERSEY_E]
         mu = (_law(at, p) + p[VISC] * at) * factor
         if p[LG_S0] != 0.0:
             if mu * normal > 1e-9:
@@ -335,9 +396,12 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         else:
             force = -mode * mu * normal
     tip = (force + other) / mass
-    stiffening = _drifted(t, p, y[e + M])
+    stiffening = _drifted(t, p, y[e + M], y[e + T])
+    lost = _lost(w2, p, y[e + M])
+    given_way = _given_way(y, n, w2, p)
     for j in range(n):
-        a = -dmp[j] * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
+        a = -(dmp[j] + (lost if j == 0 else 0.0)) * y[n + j] - w2[j] * (stiffening if j == 0 else 1.0) * y[j] - shake * inertia[j]
+        a += given_way * (WAVE_NUMBERS[j] / WAVE_NUMBERS[0]) ** 2
         for i in range(n):
             a += soft[j, i] * y[i]
         dy[j] = y[n + j]
@@ -357,6 +421,8 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
     dy[e + T] = 0.0
     if p[O_HEAT_C] != 0.0:
         dy[e + T] = -force * vr / p[O_HEAT_C] - y[e + T] / p[O_HEAT_TAU]
+    elif p[B_WARM_C] != 0.0:
+        dy[e + T] = -force * vr / p[B_WARM_C] - y[e + T] / p[B_WARM_TAU]
     dy[e + H] = 0.0
     if p[O_HYST_K] != 0.0 and (abs(y[e + H]) < p[O_HYST_F] or y[e + H] * wd < 0.0):
         dy[e + H] = p[O_HYST_K] * wd
@@ -369,6 +435,19 @@ def _rates(t, y, dy, mode, n, phi, w2, dmp, soft, mass, inertia, p, nodes, xi):
         dy[e + M] = (w - y[e + M]) / p[H_LAG_TAU]
     elif p[H_RUN_A] != 0.0:
         dy[e + M] = abs(vr)
+    elif p[B_DAMP_A] != 0.0:
+        dy[e + M] = (abs(w) - y[e + M]) / p[B_DAMP_TAU]
+    elif p[B_VIB_K] != 0.0:
+        acceleration = 0.0
+        for j in range(n):
+            acceleration += phi[j] * dy[n + j]
+        dy[e + M] = (acceleration * acceleration - y[e + M]) / p[B_VIB_TAU]
+    dy[e + B] = 0.0
+    dy[e + BV] = 0.0
+    if p[B_RES_K] != 0.0:
+        omega = 2.0 * math.pi * p[B_RES_F]
+        dy[e + B] = y[e + BV]
+        dy[e + BV] = omega * (omega * (force / p[FN] - y[e + B]) - 2.0 * p[B_RES_D] * y[e + BV])
     dy[e + P] = 0.0
     dy[e + PV] = 0.0
     if p[F_ABS_M] != 0.0:
@@ -618,7 +697,17 @@ FRESH_PHYSICS = {
     "outside:frequency_step": {"change": H_STEP_A, "instant": H_STEP_T},
     "outside:run_in": {"change": H_RUN_A, "distance": H_RUN_L},
 }
-PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS}
+BLIND_PHYSICS = {
+    "outside:resonant_load": {"coefficient": B_RES_K, "frequency": B_RES_F, "damping_ratio": B_RES_D},
+    "outside:motor_slip": {"slip": B_SLIP},
+    "outside:damping_by_amplitude": {"increase": B_DAMP_A, "time_constant": B_DAMP_TAU},
+    "outside:frequency_by_heat": {"coefficient": B_WARM_K, "heat_capacity": B_WARM_C, "time_constant": B_WARM_TAU},
+    "outside:clamp_play": {"share": B_PLAY_A, "play": B_PLAY_G},
+    "outside:friction_by_vibration": {"gain": B_VIB_K, "time_constant": B_VIB_TAU},
+    "outside:hersey_number": {"exponent": B_HERSEY_E, "force": B_HERSEY_F},
+    "outside:frame_compliance": {"compliance": B_FRAME},
+}
+PLACES = {**EFFECTS, **OUTSIDE, **NEW_PHYSICS, **FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS, **BLIND_PHYSICS}
 
 
 @dataclass
@@ -685,16 +774,18 @@ class Rig:
                     CubicSpline(np.arange(y.size + 1) * p[PROFILE_DX], np.append(y, y[0]), bc_type="periodic").c)
             elif name == "outside:random_friction":
                 draws = np.array(values["draws"])
+        p[V0] *= 1.0 - p[B_SLIP] * normal_force / SLIP_LOAD
         return dict(n=n, phi=phi, w2=omega**2, dmp=2 * np.array(d) * omega, soft=soft, mass=float(self.mass), inertia=inertia,
                     p=p, nodes=nodes, draws=draws)
 
 
-NEW_STATES = {"contact_age": A, "contact_temperature": T, "hysteretic_force": H, "low_passed": M, "absorber": P, "absorber_velocity": PV}
+NEW_STATES = {"contact_age": A, "contact_temperature": T, "hysteretic_force": H, "low_passed": M, "absorber": P, "absorber_velocity": PV,
+              "load_swing": B, "load_swing_rate": BV}
 
 
 @dataclass
 class State:
-    """Where a run starts. y = q (n), q' (n), then as S .. H above; mode 0, +1, -1; stick_since and t in s.
+    """Where a run starts. y = q (n), q' (n), then as S .. BV above; mode 0, +1, -1; stick_since and t in s.
 
     named() leaves out those of NEW_STATES that are 0."""
 
@@ -736,6 +827,7 @@ class Record:
     sensor: tuple = (0.0, 0.0, 1.0)  # level at which it saturates, m; its drift in the end, m, and time constant, s
     hum: tuple = (0.0, 0.0, 0.0)  # amplitude, m; frequency, Hz; phase, rad
     ac_coupled: bool = False
+    compliance: float = 0.0  # of the frame that carries the sensor, m/N
 
     @property
     def w(self):
@@ -749,6 +841,8 @@ class Record:
     def measured(self):
         """What a perfect display shows: tip displacement (m) after the sensor's low-pass, curve and drift, before noise and offset."""
         x = self.y[:, 2 * self.n + Y] if self.lagging_sensor else self.w
+        if self.compliance != 0.0:
+            x = x - self.compliance * self.force
         level, change, tau = self.sensor
         if level != 0.0:
             x = level * np.tanh(x / level)
@@ -795,4 +889,4 @@ def simulate(rig, normal_force, belt_velocity, state, t0=0.0, duration=0.6, dt=1
     return Record(t0 + dt * np.arange(samples), y, b["n"], b["phi"], force, acceleration, mode, since, numbers,
                   events[: min(found, max_events)].copy(), b["p"][SENSOR_TAU] != 0.0,
                   (b["p"][O_CURVE2], b["p"][O_CURVE3]), tuple(b["p"][[F_SAT, F_ZERO_A, F_ZERO_TAU]]),
-                  tuple(b["p"][[H_HUM_A, H_HUM_F, H_HUM_P]]), b["p"][H_AC_TAU] != 0.0)
+                  tuple(b["p"][[H_HUM_A, H_HUM_F, H_HUM_P]]), b["p"][H_AC_TAU] != 0.0, b["p"][B_FRAME])

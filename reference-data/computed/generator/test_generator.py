@@ -13,11 +13,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from make_campaigns import (NOMINAL, STRENGTH, choose, draw_beam, draw_campaign, draw_effect, draw_misstated, draw_weak_effect, kind_of,
-                            main, parse, parser, replay, smooth_profile)
+from make_campaigns import (NOMINAL, OUTSIDE_STRENGTH, STRENGTH, choose, draw_beam, draw_campaign, draw_effect, draw_misstated,
+                            draw_weak_effect, kind_of, main, parse, parser, replay, smooth_profile, strength_of, strengthened)
 from make_limit_cycles import CASES, FOLDER, name, rows, stick_start
 from meta import digest
-from simulate import EFFECTS, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, H, M, S, T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, simulate, start
+from simulate import (BLIND_PHYSICS, EFFECTS, FRESH_PHYSICS, FURTHER_PHYSICS, LATER_PHYSICS, NEW_PHYSICS, OUTSIDE, PLACES, A, B, H, M, S,
+                      T, U, X, XD, Y, Z, Rig, _profile, beam_integrals, eigenfunction, simulate, start)
 
 DEMO = FOLDER.parents[1] / "demo"
 
@@ -45,7 +46,8 @@ def every_slip_effect():
     """All effects with a meaning in steady slip, switched on together; later ones have closed forms of their own."""
     rng = np.random.default_rng(7)
     rig = draw_beam(rng)
-    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in {**FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS}
+    later = {**FURTHER_PHYSICS, **LATER_PHYSICS, **FRESH_PHYSICS, **BLIND_PHYSICS}
+    rig.effects = {k: draw_effect(rng, k, rig.frequencies[0]) for k in PLACES if k not in later
                    and k not in ("presliding_compliance", "static_friction_aging", "outside:rate_and_state")}
     for k in rig.effects:
         if "phase" in PLACES[k]:
@@ -496,6 +498,154 @@ def test_a_bolt_that_comes_loose_steps_the_frequency():
     assert np.abs(record.y[:-1, 0] - exact.y[0]).max() < 1e-9
 
 
+# --------------------------------------------------------------------------------------------------- blind physics
+CONSTANT = {"a1": 0.0, "a2": 0.0}  # friction 0.66 F_N at all speeds
+ONE_MODE = {"frequencies": [80.0], "damping": [0.0], "tip": [2.0]}
+
+
+def sliding(rig, normal_force=60.0, duration=0.05):
+    """From rest on a belt at 1000 m/s."""
+    n = rig.modes()
+    return simulate(rig, normal_force, 1000.0, start(rig, [0.0] * n, [0.0] * n, belt_velocity=1000.0), duration=duration)
+
+
+def by_another_method(rhs, y0, record):
+    exact = solve_ivp(rhs, (0, record.t[-1]), y0, method="DOP853", rtol=1e-11, atol=1e-14, t_eval=record.t[:-1], max_step=1e-4)
+    return exact.y
+
+
+@pytest.mark.parametrize("effect", list(BLIND_PHYSICS))
+def test_blind_physics_of_strength_zero_is_absent(effect):
+    values = draw_effect(np.random.default_rng(2), effect, 80.0)
+    base, rig = Rig(), Rig(effects={effect: strengthened(effect, values, 0.0)})
+    a, b = (simulate(r, 60.0, 0.06, stick_start(base, 60.0, 0.06), duration=0.15, substep=5e-6) for r in (base, rig))
+    assert len(a.events) > 4
+    for of in ("w", "wd", "measured", "force", "acceleration", "events"):
+        assert np.array_equal(getattr(a, of), getattr(b, of))
+
+
+@pytest.mark.parametrize("effect", list(BLIND_PHYSICS))
+def test_halving_the_step_changes_blind_physics_little(effect):
+    rig = Rig(effects={effect: draw_effect(np.random.default_rng(2), effect, 80.0)})
+    state = start(rig, [6e-4, -1e-5], [0.03, 0.0], mode=0)
+    a, b = (simulate(rig, 60.0, 0.06, state, duration=0.05, **options) for options in ({}, {"substep": 1.25e-6}))
+    assert len(a.events) > 2 and np.abs(a.measured - b.measured).max() < 1e-8
+
+
+def test_blind_load_swings_about_what_constant_friction_bends_it_to():
+    """x'' + 2 D w x' + w^2 x = w^2 mu_0 (1 + k x): a damped oscillator of w^2 (1 - k mu_0) about mu_0/(1 - k mu_0)."""
+    k, f, zeta = 0.2, 300.0, 0.05
+    rig = Rig(**CONSTANT, effects={"outside:resonant_load": {"coefficient": k, "frequency": f, "damping_ratio": zeta}})
+    record, om, t = sliding(rig), 2 * math.pi * f, np.linspace(0, 0.05, 501)
+    rest, own, decay = 0.66 / (1 - k * 0.66), om * math.sqrt(1 - k * 0.66 - zeta**2), zeta * om
+    x = rest * (1 - np.exp(-decay * t) * (np.cos(own * t) + decay / own * np.sin(own * t)))
+    assert np.allclose(record.y[:, 4 + B], x, atol=1e-9)
+    assert np.allclose(record.force, 0.66 * 60 * (1 + k * x), rtol=1e-9)
+
+
+def test_blind_belt_falls_behind_by_the_true_load():
+    rig = Rig(drive=1.02, weight=0.95, effects={"outside:motor_slip": {"slip": 0.03}})
+    for load in (60.0, 120.0):
+        belt = 1.02 * 0.02 * (1 - 0.03 * 0.95 * load / 100)
+        stuck = simulate(rig, load, 0.02, start(rig, [0.0, 0.0], [belt / 2, 0.0], mode=0), duration=0.01)
+        assert len(stuck.events) == 0 and np.abs(stuck.wd - belt).max() < 1e-12
+        slipping = simulate(rig, load, 0.02, start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=0.02), duration=1e-4)
+        mu = 0.66 * (0.5 + 0.5 * math.exp(-belt / 0.02)) * (0.5 + 0.5 * math.exp(-0.25 * belt))
+        assert slipping.force[0] == pytest.approx(mu * 0.95 * load, rel=1e-12)
+
+
+def test_blind_campaign_starts_in_stick_with_the_slower_belt():
+    args = parser().parse_args(["--out", "unused", "--runs", "2", "--duration", "0.05", "--transients", "0"])
+    truth, records = draw_campaign(np.random.default_rng(5), ["outside:motor_slip"], args)
+    slip = truth["parameters"]["outside:motor_slip"]["slip"]
+    for run, record in zip(truth["runs"], records):
+        belt = run["belt_velocity_m_per_s"] * (1 - slip * run["normal_force_n"] / 100)
+        assert record.mode[0] == 0 and np.abs(record.wd[record.mode == 0] - belt).max() < 1e-11
+
+
+def test_blind_damping_follows_the_low_passed_deflection():
+    a, tau, om = 5e-3, 0.03, 160 * math.pi
+    rig = Rig(**ONE_MODE | {"damping": [0.001]}, effects={"outside:damping_by_amplitude": {"increase": a, "time_constant": tau}})
+    record = free(rig, 1e-3)
+    rhs = lambda t, y: [y[1], -2 * (0.001 + a * y[2] / 1e-3) * om * y[1] - om**2 * y[0], (abs(2 * y[0]) - y[2]) / tau]
+    exact = by_another_method(rhs, [1e-3, 0, 0], record)
+    assert np.abs(record.y[:-1, 0] - exact[0]).max() < 1e-9
+    assert np.abs(record.w[-130:]).max() < 0.9 * 2e-3 * math.exp(-0.001 * om * 0.087)  # it is more than the constant damping does
+
+
+def test_blind_frequency_falls_as_friction_warms_the_beam():
+    k, tau, om, force = 3e-4, 0.02, 160 * math.pi, 0.66 * 60
+    capacity = k * force * 1000 * tau / 0.05
+    rig = Rig(**ONE_MODE, **CONSTANT,
+              effects={"outside:frequency_by_heat": {"coefficient": k, "heat_capacity": capacity, "time_constant": tau}})
+    record = sliding(rig)
+    rhs = lambda t, y: [y[1], 2 * force / rig.mass - (om / (1 + k * y[2])) ** 2 * y[0],
+                        force * (1000 - 2 * y[1]) / capacity - y[2] / tau]
+    exact = by_another_method(rhs, [0, 0, 0], record)
+    assert np.abs(record.y[:-1, 0] - exact[0]).max() < 1e-9
+    assert record.y[-1, 2 + T] * k > 0.04
+
+
+def test_blind_clamp_gives_way_to_the_moment_of_both_modes():
+    """The moment goes with the curvature phi_j''(0) there, here by differences of the eigenfunctions."""
+    a, play, h = 0.08, 2e-4, 1e-3
+    moment = np.array([(eigenfunction(j, h) - 2 * eigenfunction(j, 0.0) + eigenfunction(j, -h)) / h**2 for j in range(2)])
+    moment /= moment[0]
+    om = 2 * np.pi * np.array([80.0, 510.0])
+    rig = Rig(damping=[0.0, 0.0], effects={"outside:clamp_play": {"share": a, "play": play}})
+    run = lambda q: simulate(rig, 0.0, 1000.0, start(rig, q, [0.0, 0.0], belt_velocity=1000.0), duration=0.05)
+    record = run([5e-4, 2e-5])
+
+    def rhs(t, y):
+        given = a * om[0] ** 2 * play * math.tanh(moment @ y[:2] / play)
+        return [*y[2:], *(given * moment - om**2 * y[:2])]
+
+    exact = by_another_method(rhs, [5e-4, 2e-5, 0, 0], record)
+    assert np.abs(record.w[:-1] - [2, -2] @ exact[:2]).max() < 2e-9  # that of the differences is 1e-6 of the moment
+    small = run([1e-7, 0.0])
+    k = np.diag(om**2) - a * om[0] ** 2 * np.outer(moment, moment)
+    step = expm(np.block([[np.zeros((2, 2)), np.eye(2)], [-k, np.zeros((2, 2))]]) * 0.05)
+    assert np.abs(small.y[-1, :2] - (step @ [1e-7, 0, 0, 0])[:2]).max() < 1e-12
+
+
+def test_blind_friction_falls_with_the_vibration_of_earlier_times():
+    gain, tau, om = 5e-6, 0.02, 160 * math.pi
+    rig = Rig(**ONE_MODE, **CONSTANT, effects={"outside:friction_by_vibration": {"gain": gain, "time_constant": tau}})
+    record = sliding(rig)
+
+    def rhs(t, y):
+        acceleration = 2 * 0.66 * 60 / (1 + gain * y[2]) / rig.mass - om**2 * y[0]
+        return [y[1], acceleration, ((2 * acceleration) ** 2 - y[2]) / tau]
+
+    exact = by_another_method(rhs, [0, 0, 0], record)
+    assert np.abs(record.y[:-1, 0] - exact[0]).max() < 1e-9
+    assert np.allclose(record.force[:-1], 0.66 * 60 / (1 + gain * exact[2]), rtol=1e-7)
+    assert record.force.min() < 0.95 * 0.66 * 60
+
+
+def test_blind_friction_law_is_read_at_speed_over_load():
+    rig = Rig(effects={"outside:hersey_number": {"exponent": 0.7, "force": 80.0}})
+    for load in (36.0, 80.0, 120.0):
+        for speed in (0.01, 0.1):
+            at = speed * (80 / load) ** 0.7
+            mu = 0.66 * (0.5 + 0.5 * math.exp(-at / 0.02)) * (0.5 + 0.5 * math.exp(-0.25 * at))
+            record = simulate(rig, load, speed, start(rig, [0.0, 0.0], [0.0, 0.0], belt_velocity=speed), duration=1e-4)
+            assert record.force[0] == pytest.approx(mu * load, rel=1e-12)
+
+
+def test_blind_frame_moves_the_sensor_against_friction():
+    c = 3e-7
+    record = sliding(Rig(**CONSTANT, effects={"outside:frame_compliance": {"compliance": c}}))
+    assert np.allclose(record.measured, record.w - c * 0.66 * 60, atol=1e-15)
+    # In stick friction holds the beam where the belt takes it, here so slowly that the beam is a spring.
+    rig = Rig(effects={"outside:frame_compliance": {"compliance": c}})
+    om = 2 * np.pi * np.array(rig.frequencies)
+    record = simulate(rig, 100.0, 1e-3, start(rig, [0.0, 0.0], [5e-4, 0.0], mode=0), duration=0.1)
+    stiffness = rig.mass / (4 / om**2).sum()
+    assert len(record.events) == 0
+    assert np.median(np.abs(record.measured[500:] / record.w[500:] - (1 - c * stiffness))) < 0.1 * c * stiffness
+
+
 # ---------------------------------------------------------------------------------------------- limits and balances
 OFF = {  # parameters that switch an effect off while it is present
     "belt_periodic_friction": {"amplitude": 0.0, "wavelength": 0.02, "phase": 1.0},
@@ -705,6 +855,29 @@ def test_weak_effect_changes_the_equations_by_a_third(effect):
     assert weak == strong
 
 
+@pytest.mark.parametrize("effect", [name for name in PLACES if strength_of(name)])
+def test_a_factor_on_the_strength_changes_nothing_else(effect):
+    values = draw_effect(np.random.default_rng(5), effect, 80.0)
+    half = strengthened(effect, values, 0.5)
+    assert strengthened(effect, values) == values
+    for key in values:
+        share = 0.5 if key in (*strength_of(effect), "node_values") else 1.0
+        if key == "form":
+            assert half[key] == values[key]
+        else:
+            assert np.array(half[key]) == pytest.approx(share * np.array(values[key]), abs=1e-8 if key == "node_values" else 0.0)
+
+
+def test_a_campaign_of_half_the_strength_hides_half_of_what_is_drawn(tmp_path):
+    options = ("--kind", "outside", "--effect", "outside:clamp_play", "--runs", "2")
+    (full,), _ = campaigns(tmp_path / "full", *options)
+    (half,), _ = campaigns(tmp_path / "half", *options, "--strength", "0.5")
+    (whole, part) = (truth["parameters"]["outside:clamp_play"] for truth in (full, half))
+    assert part == {"share": whole["share"] * 0.5, "play": whole["play"]}
+    chosen = choose(np.random.default_rng(1), "outside", 60, strength=0.5)
+    assert {name for (name,) in chosen} == set(OUTSIDE) & set(OUTSIDE_STRENGTH)
+
+
 def test_weak_campaign_has_two_micrometres_of_noise_and_may_be_invisible(tmp_path):
     truth, _ = campaigns(tmp_path, "--kind", "weak", "--count", "3", "--runs", "2")
     assert [t["noise_m"] for t in truth] == pytest.approx([2e-6] * 3)
@@ -720,6 +893,7 @@ def test_the_kind_of_each_campaign_is_told():
     hidden = {"none": [], "single": ["sensor_lag"], "pair": ["sensor_lag", "axial_load"], "outside": [next(iter(OUTSIDE))]}
     assert {kind_of("outside", [name]) for name in LATER_PHYSICS} == {"outside"}
     assert {kind_of("outside", [name]) for name in FRESH_PHYSICS} == {"outside-fresh-physics"}
+    assert {kind_of("outside", [name]) for name in BLIND_PHYSICS} == {"outside-blind-physics"}
     assert {kind: kind_of("mixed", names) for kind, names in hidden.items()} == {kind: kind for kind in hidden}
 
 
@@ -729,6 +903,7 @@ def test_kinds_choose_from_their_lists():
     assert {name for (name,) in some("outside", outside=list(NEW_PHYSICS))} == set(NEW_PHYSICS)
     assert {name for (name,) in some("outside", outside=list(FURTHER_PHYSICS))} == set(FURTHER_PHYSICS)
     assert {name for (name,) in some("outside", outside=list(FRESH_PHYSICS))} == set(FRESH_PHYSICS)
+    assert {name for (name,) in some("outside", outside=list(BLIND_PHYSICS))} == set(BLIND_PHYSICS)
     assert {name for (name,) in some("weak")} == set(STRENGTH)
     for kind in ("misstated", "one-load"):
         chosen = some(kind)
@@ -740,6 +915,11 @@ def test_kinds_choose_from_their_lists():
 @pytest.mark.parametrize("options", [
     ["--kind", "single", "--new-physics"],
     ["--kind", "outside", "--further-physics", "--fresh-physics"],
+    ["--kind", "outside", "--fresh-physics", "--blind-physics"],
+    ["--kind", "single", "--blind-physics"],
+    ["--strength", "0"],
+    ["--strength", "0.5", "--effect", "outside:ac_coupling"],
+    ["--channel", "velocity", "--effect", "outside:frame_compliance"],
     ["--channel", "acceleration", "--effect", "outside:mains_hum"],
     ["--kind", "weak", "--effect", "third_mode"],
     ["--channel", "velocity", "--effect", "sensor_lag"],
