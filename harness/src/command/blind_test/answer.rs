@@ -27,6 +27,8 @@ pub enum Kind {
     OutsideFurtherPhysics,
     /// The same, of the kinds that were written last, after it was frozen.
     OutsideFreshPhysics,
+    /// The same, written by someone who had not seen what the diagnosis can explain.
+    OutsideBlindPhysics,
     /// At most one, on a rig that is known only roughly.
     Misstated,
     /// At most one, all runs at one operating point.
@@ -46,6 +48,7 @@ impl Kind {
             Kind::OutsideNewPhysics => "outside-new-physics",
             Kind::OutsideFurtherPhysics => "outside-further-physics",
             Kind::OutsideFreshPhysics => "outside-fresh-physics",
+            Kind::OutsideBlindPhysics => "outside-blind-physics",
             Kind::Misstated => "misstated",
             Kind::OneLoad => "one-load",
             Kind::Weak => "weak",
@@ -168,6 +171,8 @@ mod tests {
         assert_eq!(of("\"outside:a\"", said), Kind::OutsideFurtherPhysics);
         let said = ", \"kind\": \"outside-fresh-physics\"";
         assert_eq!(of("\"outside:a\"", said), Kind::OutsideFreshPhysics);
+        let said = ", \"kind\": \"outside-blind-physics\"";
+        assert_eq!(of("\"outside:a\"", said), Kind::OutsideBlindPhysics);
         assert_eq!(of("\"a\"", ", \"kind\": \"weak\""), Kind::Weak);
     }
 }
