@@ -72,7 +72,9 @@ impl Screen<'_> {
         Ok(best)
     }
 
-    /// A model fitted on from where it stands, with its values along the belt believed otherwise.
+    /// A model fitted on from where it stands, with its values along the belt believed otherwise. What it loses by that is looked for
+    /// again: a profile carried over to another length is another one by what noise had left in it, and segments that grazed a
+    /// transition fall from their basin.
     fn as_rough(
         &self,
         model: &FittedModel,
@@ -82,6 +84,11 @@ impl Screen<'_> {
         let mut choices = model.choices.clone();
         choices[place].roughness = roughness;
         let start = self.point_like(model, &choices)?;
-        self.continued(&choices, start, refitting(RETRY))
+        let new = self.continued(&choices, start, refitting(RETRY))?;
+        if new.lost <= model.lost {
+            return Ok(new);
+        }
+        let again = self.further(&new, RETRY)?;
+        Ok(if again.is_before(&new) { again } else { new })
     }
 }
