@@ -14,6 +14,7 @@ mod scale;
 mod signal;
 mod swapped;
 mod thresholds;
+mod zero;
 
 use examined::Examined;
 use finding::gathered;
@@ -166,6 +167,7 @@ pub fn check(campaign: &Campaign) -> Quality {
     findings.extend(swapped.into_iter().map(|(_, finding)| finding));
     if !scaled {
         findings.extend(modes);
+        findings.extend(zero::zero(&runs));
     }
     Quality {
         campaign: campaign.name.clone(),

@@ -30,6 +30,9 @@ pub const LEAST_FRICTION: f64 = 8.0;
 /// The same ratio is this small only if the force is stated far too large or the displacement far
 /// too small.
 pub const LEAST_RANGE: f64 = 2e-3;
+/// A mean coefficient of friction below is that of no dry contact: PTFE on steel has 0.04 (Bowden and Tabor, The Friction and Lubrication
+/// of Solids, 1950).
+pub const LOWEST_FRICTION: f64 = 0.04;
 /// Share of stick from which the motion in slip tells the frequency: with less, the second mode
 /// rules the slips.
 pub const STICK_FOR_FREQUENCY: f64 = 0.3;

@@ -117,6 +117,7 @@ mod tests {
         Noise {
             std: 0.0,
             resolution,
+            is_white: true,
         }
     }
 

@@ -240,11 +240,13 @@ impl Campaign {
         folder: Option<&Path>,
     ) -> Result<Campaign, Error> {
         let folder = folder.unwrap_or(Path::new(".")).to_owned();
-        let runs = parsed
+        let mut runs = parsed
             .runs
             .into_iter()
             .map(|entry| load_run(&folder, entry, &parsed.further_sensors))
             .collect::<Result<Vec<_>, _>>()?;
+        let mut noises: Vec<&mut Noise> = runs.iter_mut().map(|run| &mut run.noise).collect();
+        noise::of_quiet_runs(&mut noises);
         of_one_measurand(&folder, &runs)?;
         sensor_can_be_there(&folder, &parsed.beam.sensor, &runs)?;
         let folder_name = || folder.file_name().map(|n| n.to_string_lossy().into_owned());

@@ -17,6 +17,7 @@ mod smoothed_run;
 pub use belt_in_stick::belt_in_stick;
 pub use belt_path::BeltPath;
 pub use driven_motion::{differences, driven_motion, sampled};
+pub use level::missing_force;
 pub use prepared::{Prepared, smoother_settings};
 pub use slip_samples::{SlipSample, slip_of_run};
 pub use smoothed_run::{Smoothing, smooth_run, trusted_signal};

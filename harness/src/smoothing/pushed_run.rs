@@ -37,6 +37,7 @@ pub fn pushed(force: impl Fn(f64) -> f64, belt: Option<fn(f64) -> f64>) -> Run {
         noise: Noise {
             std: 1e-6,
             resolution: 1e-9,
+            is_white: true,
         },
         time,
         faults: Vec::new(),

@@ -45,7 +45,8 @@ const ROUNDS: usize = 2;
 const ITERATIONS: usize = 4;
 
 /// Estimates motion and phases of a run with the linear structure as known. `friction` is the expected coefficient (1) over the
-/// relative speed in m/s, which sets the level of force and deflection where a velocity or an acceleration leaves it open.
+/// relative speed in m/s, which sets the level of force and deflection where a velocity or an acceleration leaves it open; `zero` is
+/// what the sensor reads of a tip at rest, in its unit.
 ///
 /// # Errors
 /// Sampling too slow for the modes and whatever else the smoother refuses.
@@ -53,9 +54,10 @@ pub fn smooth_run(
     run: &Run,
     structure: &Structure,
     friction: &dyn Fn(f64) -> f64,
+    zero: f64,
 ) -> Result<Smoothing, Error> {
     let even = (run.sample_interval(), trusted_signal(run));
-    let prepared = Prepared::of(run, structure, friction, even, 0.0);
+    let prepared = Prepared::of(run, structure, friction, even, zero);
     let settings = StickSlipSettings {
         rounds: ROUNDS,
         iterations: ITERATIONS,

@@ -2,12 +2,11 @@
 
 use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::friction_prior::StartFriction;
+use crate::diagnose::model::sensor_zero::SensorZero;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::measurement::{Campaign, Measurand, Run};
 use crate::observer::Structure;
-use crate::parallel::parallel;
-use crate::smoothing::smooth_run;
 
 /// Least and largest displacement of the tip in m, run by run: as measured, or smoothed where something else was measured.
 ///
@@ -18,22 +17,21 @@ pub fn displacement_ranges(
     campaign: &Campaign,
     structure: &Structure,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    match campaign.measurand() {
-        Measurand::Displacement if campaign.beam.sensor.is_tip() => {
-            Ok(campaign.runs.iter().map(|r| range(&r.measured)).collect())
+    let runs: Vec<Run> = UsableRun::all(&campaign.runs)
+        .into_iter()
+        .map(|usable| usable.run)
+        .collect();
+    let (zero, smoothings) = SensorZero::and_smoothings(&runs, structure, StartFriction::of(fmu)?)?;
+    let is_read = campaign.measurand() == Measurand::Displacement && campaign.beam.sensor.is_tip();
+    let all = campaign.runs.iter().zip(&smoothings).zip(&zero.beliefs);
+    let ranges = all.map(|((run, smoothing), (zero, _))| match is_read {
+        true => {
+            let (low, high) = range(&run.measured);
+            (low - zero, high - zero)
         }
-        _ => {
-            let friction = StartFriction::of(fmu)?;
-            let runs: Vec<Run> = UsableRun::all(&campaign.runs)
-                .into_iter()
-                .map(|usable| usable.run)
-                .collect();
-            parallel(&runs, |run| {
-                let smoothing = smooth_run(run, structure, &|v| friction.at(v))?;
-                Ok(range(&smoothing.stick_slip.smoothed.displacement))
-            })
-        }
-    }
+        false => range(&smoothing.stick_slip.smoothed.displacement),
+    });
+    Ok(ranges.collect())
 }
 
 fn range(values: &[f64]) -> (f64, f64) {

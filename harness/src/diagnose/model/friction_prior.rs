@@ -18,7 +18,7 @@ use crate::smoothing::Smoothing;
 use crate::smoothing::{SlipSample, slip_of_run};
 
 /// Logarithm of the ratio of observed to expected friction beyond which the surfaces are others.
-const FOREIGN: f64 = 0.25;
+pub(crate) const FOREIGN: f64 = 0.25;
 
 /// Whether observed over expected friction tells of other surfaces.
 pub fn is_foreign(ratio: f64) -> bool {

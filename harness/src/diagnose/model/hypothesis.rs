@@ -11,6 +11,7 @@ use crate::diagnose::model::periodic::{Argument, argument, periodic};
 use crate::diagnose::model::references::References;
 use crate::diagnose::model::scales::Scales;
 use crate::diagnose::model::sensor_ratios::sensor_ratios;
+use crate::diagnose::model::sensor_zero::SensorZero;
 use crate::diagnose::model::stated_constants::constants;
 use crate::diagnose::model::unknown_function::{Smoothness, is_node, is_unknown_function, latent};
 use crate::error::Error;
@@ -112,8 +113,8 @@ fn seen_whole(
 impl Hypothesis {
     /// The reference model with the effects of `choices`.
     ///
-    /// `tracks` says for each run what it passes of the belt, `spread` the standard deviation of
-    /// what was measured, `belt` the standard deviation of the belief in its belt speeds, as a share, `scales` those of the machine.
+    /// `tracks` says for each run what it passes of the belt, `zero` what is
+    /// believed of the sensor's zero, `belt` the standard deviation of the belief in its belt speeds, as a share, `scales` those of the machine.
     ///
     /// # Errors
     /// An FMU without the variables named in the contract.
@@ -123,7 +124,7 @@ impl Hypothesis {
         catalogue: &[EffectCard],
         choices: &[Choice],
         tracks: &[Track],
-        (spread, belt, scales): (f64, f64, Scales),
+        (zero, belt, scales): (&SensorZero, f64, Scales),
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
@@ -175,21 +176,9 @@ impl Hypothesis {
             Measurand::Velocity => ("sensor.velocity_offset", Vec::new()),
             Measurand::Acceleration => ("sensor.acceleration_offset", Vec::new()),
         };
-        let offset = Parameter {
-            name: offset_name.into(),
-            unit: measurand.unit().into(),
-            kind: Kind::Offset,
-            targets: offset_target,
-            scale: Scale::Linear,
-            prior: 0.0,
-            prior_std: 0.02 * spread,
-            min: -10.0 * spread,
-            max: 10.0 * spread,
-            step: 1e-3 * spread,
-            support: None,
-        };
-        for (own, run) in per_run.iter_mut().zip(&campaign.runs) {
-            own.push(offset.clone());
+        let offset = (offset_name, measurand.unit());
+        for (number, (own, run)) in per_run.iter_mut().zip(&campaign.runs).enumerate() {
+            own.push(zero.parameter(number, offset, offset_target.clone()));
             own.extend(constants_of_run(&campaign.further_sensors, run));
         }
         let mut extra_states = Vec::new();

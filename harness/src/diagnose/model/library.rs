@@ -8,7 +8,8 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// The files.
-pub const FILES: [&str; 35] = [
+pub const FILES: [&str; 38] = [
+    include_str!("library/ac_coupling.toml"),
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
     include_str!("library/clamp_clearance.toml"),
@@ -28,6 +29,7 @@ pub const FILES: [&str; 35] = [
     include_str!("library/friction_by_tip_velocity.toml"),
     include_str!("library/friction_creep.toml"),
     include_str!("library/frictional_heating.toml"),
+    include_str!("library/lagging_load.toml"),
     include_str!("library/micro_slip.toml"),
     include_str!("library/pulsating_belt.toml"),
     include_str!("library/pulsating_stiffness.toml"),
@@ -37,6 +39,7 @@ pub const FILES: [&str; 35] = [
     include_str!("library/sensor_cubic.toml"),
     include_str!("library/sensor_curvature.toml"),
     include_str!("library/sensor_drift.toml"),
+    include_str!("library/sensor_hum.toml"),
     include_str!("library/slip_distance_lag.toml"),
     include_str!("library/softening_by_warming.toml"),
     include_str!("library/stop.toml"),

@@ -20,6 +20,7 @@ pub mod profile_values;
 pub mod references;
 pub mod scales;
 pub mod sensor_ratios;
+pub mod sensor_zero;
 pub mod similarity;
 pub mod simulator;
 pub mod stated_constants;

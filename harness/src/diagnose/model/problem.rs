@@ -19,6 +19,7 @@ use crate::diagnose::model::periodic::Spectra;
 use crate::diagnose::model::predictor::Predictor;
 use crate::diagnose::model::references::References;
 use crate::diagnose::model::scales::Scales;
+use crate::diagnose::model::sensor_zero::SensorZero;
 use crate::diagnose::model::similarity::on_machine;
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::model::work::Work;
@@ -28,9 +29,7 @@ use crate::fmu::effect_card::{EffectCard, candidates};
 use crate::measurement::{Campaign, Run, of_one_sensor};
 use crate::metric::standard_deviation;
 use crate::observer::Structure;
-use crate::parallel::parallel;
 use crate::smoothing::Smoothing;
-use crate::smoothing::smooth_run;
 
 /// Shortest horizon of a prediction in s.
 pub const HORIZON: f64 = 0.02;
@@ -147,6 +146,8 @@ pub struct Problem<'a> {
     pub remarks: Vec<String>,
     /// Fits that were finished before, where a stopped diagnosis goes on.
     pub finished: FinishedWork,
+    /// What is believed of the first sensor's zero.
+    pub zero: SensorZero,
     /// Counts of what was computed.
     pub work: Work,
     /// Unknown functions that the model offers as effects.
@@ -189,6 +190,11 @@ impl<'a> Problem<'a> {
             runs: used.into_iter().map(|u| u.run).collect(),
             ..campaign.clone()
         };
+        let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
+        let noise = of_one_sensor(&estimates);
+        for (run, noise) in campaign.runs.iter_mut().zip(&noise) {
+            run.noise.std = *noise;
+        }
         let stated_belt_velocities = campaign.runs.iter().map(|r| r.belt_velocity).collect();
         let (belt_scale, of_runs) = belt_scale(&campaign, &structure)?;
         for (run, factor) in campaign.runs.iter_mut().zip(of_runs) {
@@ -198,13 +204,13 @@ impl<'a> Problem<'a> {
             }
         }
         let expected = StartFriction::of(fmu)?;
-        let smooth = |run: &Run| smooth_run(run, &structure, &|v| expected.at(v));
-        let smoothings = parallel(&campaign.runs, smooth)?;
+        let (zero, smoothings) = SensorZero::and_smoothings(&campaign.runs, &structure, expected)?;
+        if zero.is_open {
+            remarks.push(zero.remark(&campaign.runs));
+        }
         agree_on_noise(&mut campaign.runs);
         remarks.extend(follow_the_motion(&campaign, &structure, &smoothings)?);
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
-        let estimates: Vec<f64> = campaign.runs.iter().map(|r| r.noise.std).collect();
-        let noise = of_one_sensor(&estimates);
         for (run, noise) in campaign.runs.iter_mut().zip(&noise) {
             // What a coarse force does to the readings of further sensors is not looked at.
             if run.further.is_empty() {
@@ -278,6 +284,7 @@ impl<'a> Problem<'a> {
                 .map(|r| standard_deviation(&r.measured))
                 .collect(),
             held_out: rule.of(&campaign),
+            zero,
             friction: FrictionPrior::new(expected, is_other_machine, &campaign.runs, &smoothings),
             spectra: Spectra::default(),
             remarks,
@@ -338,11 +345,6 @@ impl<'a> Problem<'a> {
         self.stated_belt_velocities[run]
     }
 
-    /// Mean standard deviation of what was measured over the runs.
-    pub fn mean_spread(&self) -> f64 {
-        self.spread.iter().sum::<f64>() / self.spread.len() as f64
-    }
-
     /// Goes on with an FMU that offers more effects behind those of the one before, which keep their places and variables.
     ///
     /// # Errors
@@ -388,7 +390,7 @@ impl<'a> Problem<'a> {
             &self.catalogue,
             choices,
             &self.tracks,
-            (self.mean_spread(), self.belt_scale.std, self.scales),
+            (&self.zero, self.belt_scale.std, self.scales),
             &self.friction,
         )
     }

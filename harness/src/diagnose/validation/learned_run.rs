@@ -51,7 +51,8 @@ impl<'a> LearnedRun<'a> {
         let beginning = run.beginning(past);
         let structure = structure(problem.fmu, &problem.campaign.beam)?;
         let expected = StartFriction::of(problem.fmu)?;
-        let Ok(smoothing) = smooth_run(&beginning, &structure, &|v| expected.at(v)) else {
+        let (zero, _) = problem.zero.beliefs[index];
+        let Ok(smoothing) = smooth_run(&beginning, &structure, &|v| expected.at(v), zero) else {
             return Ok(None);
         };
         let further = further_parts(&beginning, &smoothing, problem.noise[index]);
