@@ -14,20 +14,14 @@ pub fn zero(runs: &[Examined]) -> Option<Finding> {
         .iter()
         .filter(|run| run.run.belt_velocity != 0.0 && run.run.normal_force > 0.0)
         .filter(|run| {
-            run.run
-                .inputs
-                .excitations()
-                .iter()
-                .all(|(_, _, e)| !e.acts())
+            let excitations = run.run.inputs.excitations();
+            excitations.iter().all(|(_, _, e)| !e.acts())
         })
         .filter_map(|run| Some((run, run.mean_friction()? * run.run.belt_velocity.signum())))
         .collect();
-    let (low, many) = (
-        means.iter().filter(|(_, mean)| *mean < LOWEST_FRICTION),
-        means.len(),
-    );
+    let low = means.iter().filter(|(_, mean)| *mean < LOWEST_FRICTION);
     let low: Vec<&(&Examined, f64)> = low.collect();
-    if 2 * low.len() <= many {
+    if 2 * low.len() <= means.len() {
         return None;
     }
     let of = |pick: fn(f64, f64) -> f64| low.iter().map(|(_, mean)| *mean).reduce(pick);

@@ -173,8 +173,15 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
         problem: e.message().replace('\n', "; "),
     })?;
     let check = Check { path, text: &text };
+    let zero_std = raw.sensor.offset_std.clone();
     let (beam, of_modes) = check.beam(raw.beam, raw.sensor)?;
-    let uncertainty = check.uncertainty(raw.uncertainty, raw.rig, of_modes)?;
+    let zero_std = zero_std
+        .map(|std| check.number("[sensor] offset_std", "SI", POSITIVE, std))
+        .transpose()?;
+    let uncertainty = Uncertainty {
+        zero_std,
+        ..check.uncertainty(raw.uncertainty, raw.rig, of_modes)?
+    };
     let modes = beam.natural_frequencies_hz.len();
     let further_sensors = check.further_sensors(raw.further_sensor, modes)?;
     if raw.run.is_empty() {
@@ -374,6 +381,7 @@ impl Check<'_> {
             &raw.normal_force_std,
         )?;
         Ok(Uncertainty {
+            zero_std: usual.zero_std,
             belt_velocity_std: share(
                 "belt_velocity_std",
                 rig.belt_velocity_std.or(raw.belt_velocity_std),

@@ -232,6 +232,7 @@ impl Check<'_> {
                 position_std: raw.position_std,
                 mode_ratios: raw.mode_ratios,
                 mode_ratios_std: raw.mode_ratios_std,
+                offset_std: None,
             };
             let place = self.sensor("[[further_sensor]]", place, modes)?;
             if !place.is_tip() && !raw.quantity.has_place() {

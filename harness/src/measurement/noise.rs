@@ -102,7 +102,7 @@ pub fn of_one_sensor(estimates: &[f64]) -> Vec<f64> {
 
 /// Gives runs whose estimate is more than twice the smallest, and not that of white noise, the smallest.
 ///
-/// A mode that rings near the sampling rate, or transitions every few samples, leave something in every order of difference: of measured
+/// Every order of difference keeps something of a mode that rings near the sampling rate and of transitions every few samples: of
 /// velocities and accelerations with a mode at 1.4 kHz, sampled at 10 kHz, one run in two was estimated at 10 to 1800 times the noise, and
 /// one run at least of every campaign within a factor of 1.6. Holds for runs of one sensor.
 pub(super) fn of_quiet_runs(noises: &mut [&mut Noise]) {

@@ -25,6 +25,8 @@ pub(super) struct RawSensor {
     pub position_std: Option<Spanned<f64>>,
     pub mode_ratios: Option<Vec<Spanned<f64>>>,
     pub mode_ratios_std: Option<Spanned<f64>>,
+    /// How well the zero is known, in the unit of what is measured.
+    pub offset_std: Option<Spanned<f64>>,
 }
 
 /// Mode shapes where the sensor looks over those at the tip, `r_j = phi_j(s) / phi_j(1)`, from the first mode on.

@@ -15,6 +15,8 @@ pub struct Uncertainty {
     pub natural_frequencies_std: f64,
     /// Of what a force at the tip does to each mode, `phi_j^2 / m_j`: tip values to 2.5 % and modal masses to 3 % give 6 %.
     pub participations_std: f64,
+    /// Of the first sensor's zero, in the unit of what is measured; `None` where nothing is stated: 2 % of what varies.
+    pub zero_std: Option<f64>,
     /// What is stated mode by mode, which goes first.
     pub of_modes: OfModes,
 }
@@ -50,6 +52,7 @@ impl Default for Uncertainty {
             normal_force_run_std: 0.0,
             natural_frequencies_std: 0.006,
             participations_std: 0.06,
+            zero_std: None,
             of_modes: OfModes::default(),
         }
     }

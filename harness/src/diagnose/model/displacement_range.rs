@@ -21,7 +21,12 @@ pub fn displacement_ranges(
         .into_iter()
         .map(|usable| usable.run)
         .collect();
-    let (zero, smoothings) = SensorZero::and_smoothings(&runs, structure, StartFriction::of(fmu)?)?;
+    let (zero, smoothings) = SensorZero::and_smoothings(
+        &runs,
+        structure,
+        StartFriction::of(fmu)?,
+        campaign.uncertainty.zero_std,
+    )?;
     let is_read = campaign.measurand() == Measurand::Displacement && campaign.beam.sensor.is_tip();
     let all = campaign.runs.iter().zip(&smoothings).zip(&zero.beliefs);
     let ranges = all.map(|((run, smoothing), (zero, _))| match is_read {

@@ -204,7 +204,12 @@ impl<'a> Problem<'a> {
             }
         }
         let expected = StartFriction::of(fmu)?;
-        let (zero, smoothings) = SensorZero::and_smoothings(&campaign.runs, &structure, expected)?;
+        let (zero, smoothings) = SensorZero::and_smoothings(
+            &campaign.runs,
+            &structure,
+            expected,
+            campaign.uncertainty.zero_std,
+        )?;
         if zero.is_open {
             remarks.push(zero.remark(&campaign.runs));
         }

@@ -40,7 +40,8 @@ pub struct SensorZero {
 }
 
 impl SensorZero {
-    /// The runs, smoothed from where their zero is believed to be, and that belief.
+    /// The runs, smoothed from where their zero is believed to be, and that belief; `stated` is its standard deviation, where the
+    /// campaign says more than the usual, and then counts beside what friction in slip tells.
     ///
     /// # Errors
     /// A run that can't be smoothed.
@@ -48,12 +49,13 @@ impl SensorZero {
         runs: &[Run],
         structure: &Structure,
         expected: StartFriction,
+        stated: Option<f64>,
     ) -> Result<(Self, Vec<Smoothing>), Error> {
         let friction = |v: f64| expected.at(v);
         let smoothings = parallel(runs, |run| smooth_run(run, structure, &friction, 0.0))?;
         let spreads = runs.iter().map(|run| standard_deviation(&run.measured));
         let spread = spreads.sum::<f64>() / runs.len() as f64;
-        let stated = (0.0, STD * spread);
+        let believed = stated.unwrap_or(STD * spread);
         let looked: Vec<Option<Looked>> = runs
             .iter()
             .zip(&smoothings)
@@ -62,22 +64,19 @@ impl SensorZero {
         let slipping = looked.iter().flatten().count();
         let contradict = looked.iter().flatten().filter(|l| l.coefficient < 0.0);
         let is_open = 2 * contradict.count() > slipping;
-        if !is_open {
-            let zero = Self {
-                beliefs: vec![stated; runs.len()],
-                is_open,
-                spread,
-            };
-            return Ok((zero, smoothings));
-        }
-        let beliefs: Vec<Belief> = looked
-            .iter()
-            .map(|l| l.as_ref().map_or(stated, |l| l.zero))
-            .collect();
+        let belief = |looked: &Option<Looked>| match (looked, stated) {
+            (Some(looked), _) if is_open => looked.zero,
+            (Some(looked), Some(std)) => both((0.0, std), looked.zero),
+            _ => (0.0, believed),
+        };
+        let beliefs: Vec<Belief> = looked.iter().map(belief).collect();
         let pairs: Vec<(&Run, &Belief)> = runs.iter().zip(&beliefs).collect();
-        let smoothings = parallel(&pairs, |(run, zero)| {
-            smooth_run(run, structure, &friction, zero.0)
-        })?;
+        let smoothings = match beliefs.iter().all(|(centre, _)| *centre == 0.0) {
+            true => smoothings,
+            false => parallel(&pairs, |(run, (centre, _))| {
+                smooth_run(run, structure, &friction, *centre)
+            })?,
+        };
         let zero = Self {
             beliefs,
             is_open,
@@ -122,6 +121,12 @@ impl SensorZero {
             support: None,
         }
     }
+}
+
+/// Two beliefs of one quantity together.
+fn both(one: Belief, other: Belief) -> Belief {
+    let (a, b) = (one.1.powi(-2), other.1.powi(-2));
+    ((a * one.0 + b * other.0) / (a + b), (a + b).sqrt().recip())
 }
 
 /// What slip tells of the zero of a run.

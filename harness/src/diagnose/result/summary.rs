@@ -73,7 +73,7 @@ pub(crate) fn remarks(
     if let Some(ratio) = problem.friction.foreign.filter(|_| of_beam) {
         let why = match is_foreign(ratio) {
             true => format!(
-                "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces, or another machine."
+                "Friction is {ratio:.2} times what the FMU's start values expect: other surfaces, another machine, or readings that do not count from the tip's rest (then state offset_std under [sensor])."
             ),
             false => {
                 "The machine is of another size than that of the FMU's start values.".to_owned()

@@ -395,23 +395,10 @@ impl<'a> Screen<'a> {
     /// # Errors
     /// An FMU that can't be run.
     pub(crate) fn to_its_end(&self, model: &FittedModel) -> Result<FittedModel, Error> {
-        let last = |model: &FittedModel| -> Result<FittedModel, Error> {
-            let further = self.further_by(model, last_options())?;
-            let is_better = further.is_before(model);
-            Ok(if is_better { further } else { model.clone() })
-        };
-        let best = last(model)?;
-        let roughness = |model: &FittedModel| -> Vec<(f64, f64)> {
-            let all = model.choices.iter().map(|c| c.roughness);
-            all.map(|r| (r.std, r.length)).collect()
-        };
-        let before = roughness(&best);
-        let told = self.with_told_roughness(best)?;
-        // Believed otherwise, it may meet segments that it lost.
-        match told.lost > 0.0 && roughness(&told) != before {
-            true => last(&told),
-            false => Ok(told),
-        }
+        let further = self.further_by(model, last_options())?;
+        let is_better = further.is_before(model);
+        let best = if is_better { further } else { model.clone() };
+        self.with_told_roughness(best)
     }
 
     /// Where a hypothesis agrees with a model in all that they have in common.
