@@ -109,10 +109,11 @@ fn derivative(values: &[f64]) -> Vec<f64> {
 fn val_deviations_that_rigs_have_are_no_findings() {
     // The truth is the simulation of tests/rig, which shares no code with the check.
     let base = good();
-    for (belt, force, frequency, offset) in [
-        (1.0, 1.0, 1.0, 0.0),
-        (1.02, 0.95, 1.005, 2e-3),
-        (0.98, 1.05, 0.995, -5e-3),
+    for (belt, force, frequency, offset, said) in [
+        (1.0, 1.0, 1.0, 0.0, None),
+        (1.02, 0.95, 1.005, 2e-3, None),
+        // Friction would have to push the tip against the belt.
+        (0.98, 1.05, 0.995, -5e-3, Some(("zero", Severity::Warning))),
     ] {
         let mut campaign = each(&base, |run| {
             run.belt *= belt;
@@ -121,7 +122,12 @@ fn val_deviations_that_rigs_have_are_no_findings() {
         });
         campaign.frequencies = campaign.frequencies.map(|f| f * frequency);
         let quality = checked(&campaign);
-        assert!(quality.findings.is_empty(), "{:#?}", quality.findings);
+        let found: Vec<_> = quality
+            .findings
+            .iter()
+            .map(|f| (f.id, f.severity))
+            .collect();
+        assert_eq!(found, Vec::from_iter(said), "{:#?}", quality.findings);
         assert_eq!(quality.runs.len(), POINTS.len());
     }
     // Both belt and sensor the other way round is one more rig.

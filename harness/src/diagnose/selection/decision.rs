@@ -8,6 +8,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::initial_states::NOTICED;
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::multistart::{better_starts, continued};
+use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
@@ -164,7 +165,8 @@ fn bring_together(
 }
 
 /// Fits each finalist again from the optimum of those that extend it, `improved` ones alone, so that none is left in a worse minimum
-/// than what is one of its own points but for an effect.
+/// than what is one of its own points but for an effect. What the larger one believes of values along the belt and of curves belongs to its
+/// optimum, as its constants do.
 fn refit_from_larger(
     problem: &Problem,
     models: &mut [&mut FittedModel],
@@ -180,7 +182,9 @@ fn refit_from_larger(
     let all = problem.fit_segments(1);
     let segments = problem.copies(&all);
     let again = parallel(&jobs, |&(small, large)| {
-        let h = problem.hypothesis(&models[small].choices)?;
+        let there = |mine: &Choice| models[large].choices.iter().find(|c| *c == mine).cloned();
+        let believed: Vec<Choice> = models[small].choices.iter().filter_map(there).collect();
+        let h = problem.hypothesis(&believed)?;
         let larger = models[large].full_refit.as_ref();
         let larger = larger.expect("finalists are fitted to all shots");
         let start = widen(larger, &h, &Point::centre(&h, &segments));
