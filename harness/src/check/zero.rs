@@ -13,10 +13,7 @@ pub fn zero(runs: &[Examined]) -> Option<Finding> {
     let means: Vec<(&Examined, f64)> = runs
         .iter()
         .filter(|run| run.run.belt_velocity != 0.0 && run.run.normal_force > 0.0)
-        .filter(|run| {
-            let excitations = run.run.inputs.excitations();
-            excitations.iter().all(|(_, _, e)| !e.acts())
-        })
+        .filter(|run| !run.run.inputs.is_excited())
         .filter_map(|run| Some((run, run.mean_friction()? * run.run.belt_velocity.signum())))
         .collect();
     let low = means.iter().filter(|(_, mean)| *mean < LOWEST_FRICTION);

@@ -128,6 +128,11 @@ impl InputSignals {
         ]
     }
 
+    /// Whether an external force or the clamp does anything.
+    pub fn is_excited(&self) -> bool {
+        self.excitations().iter().any(|(_, _, e)| e.acts())
+    }
+
     /// Whether an excitation has a series: it sets the times at which anything happens.
     pub fn is_shaken(&self) -> bool {
         let excitations = self.excitations();
@@ -158,8 +163,7 @@ impl InputSignals {
 impl Run {
     /// Whether a constant belt and a constant load are all that drives the run.
     pub fn is_plain(&self) -> bool {
-        let excitations = self.inputs.excitations();
-        self.inputs.series().next().is_none() && !excitations.iter().any(|(_, _, e)| e.acts())
+        self.inputs.series().next().is_none() && !self.inputs.is_excited()
     }
 
     /// Whether the motion can keep itself going and forgets its start: a belt that runs evenly, and no other drive. What

@@ -22,8 +22,7 @@ const MOSTLY: f64 = 0.5;
 
 /// Whether the paper's observer, which is made for a displacement that friction alone moves, applies.
 pub fn poles_apply(run: &Run, structure: &Structure) -> bool {
-    let excited = run.inputs.excitations().iter().any(|(_, _, e)| e.acts());
-    run.measurand == Measurand::Displacement && !excited && !structure.is_free()
+    run.measurand == Measurand::Displacement && !run.inputs.is_excited() && !structure.is_free()
 }
 
 /// Observes a run.

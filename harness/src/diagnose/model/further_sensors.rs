@@ -13,7 +13,7 @@ const REACH: f64 = 6.0;
 const REACH_OF_ZERO: f64 = 500.0;
 
 /// Default standard deviation of a sensor's zero, as a share of the standard deviation of what it reads; that of the first sensor too.
-const OFFSET_STD: f64 = 0.02;
+pub(crate) const OFFSET_STD: f64 = 0.02;
 
 /// A constant of a sensor, which the FMU does not have.
 fn constant(

@@ -18,6 +18,7 @@
 //! its force by itself.
 
 use crate::diagnose::model::friction_prior::{Belief, FOREIGN, StartFriction};
+use crate::diagnose::model::further_sensors::OFFSET_STD;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::error::Error;
 use crate::measurement::{Measurand, Run};
@@ -25,9 +26,6 @@ use crate::metric::{median, standard_deviation};
 use crate::observer::Structure;
 use crate::parallel::parallel;
 use crate::smoothing::{Smoothing, missing_force, slip_of_run, smooth_run};
-
-/// How well the zero is known, as a share of the standard deviation of what is measured.
-const STD: f64 = 0.02;
 
 /// What is believed of the zero of the first sensor.
 pub struct SensorZero {
@@ -55,7 +53,7 @@ impl SensorZero {
         let smoothings = parallel(runs, |run| smooth_run(run, structure, &friction, 0.0))?;
         let spreads = runs.iter().map(|run| standard_deviation(&run.measured));
         let spread = spreads.sum::<f64>() / runs.len() as f64;
-        let believed = stated.unwrap_or(STD * spread);
+        let believed = stated.unwrap_or(OFFSET_STD * spread);
         let looked: Vec<Option<Looked>> = runs
             .iter()
             .zip(&smoothings)
