@@ -1,6 +1,7 @@
 //! Stick: the exact linear motion where there is one, and the break-away that ends it.
 
-use super::{End, InMode, Simulation, interpolate};
+use super::slip::interpolate;
+use super::{End, InMode, Simulation};
 use crate::belt::Inputs;
 use crate::contact::{ContactMode, Transition};
 use crate::error::PhysicsError;

@@ -5,8 +5,8 @@ use std::path::Path;
 use beam_physics::sweep::Section;
 use serde_json::{Value, json};
 
-use super::Study;
 use super::plan::{Plan, Row};
+use super::study::Study;
 use super::terminal::{Group, coexisting};
 use crate::provenance::Provenance;
 

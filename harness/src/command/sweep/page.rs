@@ -1,8 +1,8 @@
 //! sweep.html.
 
-use super::Study;
 use super::orbits;
 use super::pictures;
+use super::study::Study;
 use super::terminal::{coexisting, exponent, kinds, name};
 use crate::provenance::Provenance;
 use crate::report::{Cell, Colour, Figure, Page, Table, number, with_unit};

@@ -2,9 +2,9 @@
 
 use beam_physics::sweep::{Section, sliding_deflection, static_amplitude};
 
-use super::Study;
 use super::orbits::stretches;
 use super::plan::{Axis as Parameter, Row, StartKind};
+use super::study::Study;
 use super::table::Result;
 use super::terminal::name;
 use crate::report::{Axis, Colour, Plot};

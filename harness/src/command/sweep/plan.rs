@@ -18,6 +18,18 @@ pub struct Axis {
     pub values: Vec<f64>,
 }
 
+/// Even values, rounded to twelve digits so that 0.103 reads as such.
+pub fn even(from: f64, to: f64, points: usize) -> Vec<f64> {
+    let rounded = |v: f64| format!("{v:.11e}").parse().unwrap_or(v);
+    (0..points)
+        .map(|i| match i {
+            0 => from,
+            i if i + 1 == points => to,
+            i => rounded(from + (to - from) * i as f64 / (points - 1) as f64),
+        })
+        .collect()
+}
+
 /// How the points start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum StartKind {

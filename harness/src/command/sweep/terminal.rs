@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::Study;
+use super::study::Study;
 use super::table::Result;
 use crate::report::{number, with_unit};
 

@@ -2,9 +2,9 @@
 
 use super::claim::{Bound, Claim, Finding};
 use super::{PaperFigure, Workshop};
-use crate::command::sweep::Study;
 use crate::command::sweep::pictures;
 use crate::command::sweep::plan::StartKind;
+use crate::command::sweep::study::Study;
 use crate::command::sweep::table::Result as Row;
 use crate::command::sweep::terminal::name;
 use crate::error::Error;

@@ -17,8 +17,10 @@ use beam_physics::sweep::{Chain, Motion, Rule, StartRule, Task, Values};
 use clap::Args;
 
 use self::claim::Claim;
-use super::plan::{Axis, Plan, StartKind};
-use super::{Study, compute, threads};
+use super::compute::compute;
+use super::options::threads;
+use super::plan::{self, Axis, Plan, StartKind};
+use super::study::Study;
 use crate::command::operating_point::{OperatingPoint, record};
 use crate::command::progress::Progress;
 use crate::error::Error;
@@ -107,7 +109,7 @@ impl Workshop<'_> {
                 .map(|(name, unit, from, to, points)| Axis {
                     name: (*name).into(),
                     unit: (*unit).into(),
-                    values: super::even(*from, *to, *points),
+                    values: plan::even(*from, *to, *points),
                 })
                 .collect(),
             settings: set.iter().map(|(n, v)| ((*n).into(), *v)).collect(),
@@ -233,7 +235,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     make_folder(&arguments.output)?;
     let progress = Progress::new(Progress::STEPS);
     let workshop = Workshop {
-        base: super::plan::base(&fmu)?,
+        base: plan::base(&fmu)?,
         fmu: &fmu,
         guid: fmu.description().guid.clone(),
         folder: &arguments.output,

@@ -4,9 +4,9 @@
 //! on f_2/f_1 times the cycle's length: half a hertz of 510 moves every window.
 
 use super::Workshop;
-use crate::command::sweep::Study;
 use crate::command::sweep::pictures;
 use crate::command::sweep::plan::StartKind;
+use crate::command::sweep::study::Study;
 use crate::error::Error;
 use crate::report::{Plot, number};
 
