@@ -2,17 +2,21 @@
 
 #[cfg(not(feature = "tangent"))]
 mod bare;
+mod contact;
+mod energy;
+mod kinematics;
+mod rates;
 pub mod series;
 
 use crate::beam::{Beam, MAX_MODES, clamp_participation};
 use crate::belt::Inputs;
 use crate::contact::ContactMode;
 use crate::effects::series::Hooks;
-use crate::effects::{BeltGive, CATALOGUE, ContactForce, Context, Effect, Motion};
+use crate::effects::{BeltGive, CATALOGUE, Context, Effect};
 use crate::error::{PhysicsError, require};
 use crate::friction::FrictionLaw;
 use crate::friction::series::ExponentialSum;
-use crate::integrate::{MAX_STATES, Scales, State, row_of};
+use crate::integrate::{MAX_STATES, Scales, State};
 use crate::parameters::ModelParameters;
 use crate::real::{Real, ZERO, is_constant, real, value};
 use std::sync::Arc;
@@ -90,11 +94,6 @@ pub struct Model {
     pub stick_since: Real,
 }
 
-/// Zero for negative values; what is not a number stays so, to be noticed.
-fn not_negative(value: Real) -> Real {
-    if value < 0.0 { ZERO } else { value }
-}
-
 /// What each state adds to the belt's motion per unit, for those that add something, and the belt's mobility in 1/kg.
 fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, Real) {
     let (mut rows, mut mobility) = (Vec::new(), ZERO);
@@ -116,12 +115,6 @@ fn belt_gives(effects: &[Enabled]) -> (Vec<(usize, BeltGive)>, Real) {
         }
     }
     (rows, mobility)
-}
-
-/// Kinematics shared by all evaluations at one instant.
-struct Kinematics {
-    motion: Motion,
-    give: BeltGive,
 }
 
 impl Model {
@@ -309,77 +302,8 @@ impl Model {
             .map(|e| (e.first_state, e.nominals.len()))
     }
 
-    /// Tip displacement w in m and velocity w' in m/s.
-    #[inline]
-    pub fn tip(&self, x: &State) -> (Real, Real) {
-        let (mut w, mut v) = (ZERO, ZERO);
-        for j in 0..self.mode_count {
-            w += self.tip_value[j] * x[2 * j];
-            v += self.tip_value[j] * x[2 * j + 1];
-        }
-        (w, v)
-    }
-
-    /// Displacement in m and velocity in m/s where the sensor looks, from the state and what [`Self::tip`] is in it.
-    #[inline]
-    pub fn sensor(&self, x: &State, tip: (Real, Real)) -> (Real, Real) {
-        let Some(value) = &self.sensor_value else {
-            return tip;
-        };
-        let (mut w, mut v) = (ZERO, ZERO);
-        for j in 0..self.mode_count {
-            w += value[j] * x[2 * j];
-            v += value[j] * x[2 * j + 1];
-        }
-        (w, v)
-    }
-
-    /// Mode shapes where the sensor looks.
-    pub fn sensor_values(&self) -> [Real; MAX_MODES] {
-        self.sensor_value.unwrap_or(self.tip_value)
-    }
-
     fn states<'a>(&self, enabled: &Enabled, x: &'a State) -> &'a [Real] {
         &x[enabled.first_state..enabled.first_state + enabled.nominals.len()]
-    }
-
-    /// What drives that give way add to the belt's motion; linear in their states.
-    #[inline]
-    pub(crate) fn belt_give(&self, x: &State) -> BeltGive {
-        let mut give = BeltGive {
-            mobility: self.give_mobility,
-            ..BeltGive::default()
-        };
-        for &(state, row) in self.give_rows.iter() {
-            give.add(row.times(x[state]));
-        }
-        give
-    }
-
-    /// Velocity in m/s that effects impose on the belt.
-    #[inline]
-    pub fn belt_ripple(&self, t: Real) -> Real {
-        if !self.has_ripple {
-            return ZERO;
-        }
-        let ripple = |e: &Enabled| e.effect.belt_ripple(t, &self.inputs);
-        self.effects.iter().map(ripple).sum()
-    }
-
-    /// Whether effects impose a velocity on the belt that varies in time.
-    pub fn has_belt_ripple(&self) -> bool {
-        self.has_ripple
-    }
-
-    /// Its rate in m/s^2, by central differences of fourth order (error below 1e-9 of its amplitude up
-    /// to 200 Hz).
-    fn belt_ripple_rate(&self, t: Real) -> Real {
-        const H: f64 = 1e-5;
-        if !self.has_ripple {
-            return ZERO;
-        }
-        let slope = |h: f64| (self.belt_ripple(t + h) - self.belt_ripple(t - h)) / (2.0 * h);
-        (4.0 * slope(H) - slope(2.0 * H)) / 3.0
     }
 
     /// The first effect that can't be evaluated at this instant.
@@ -391,359 +315,6 @@ impl Model {
         self.effects
             .iter()
             .find_map(|e| e.effect.fault(&m, self.states(e, x)))
-    }
-
-    #[inline]
-    fn kinematics(&self, t: Real, x: &State, mode: ContactMode) -> Kinematics {
-        let (displacement, velocity) = self.tip(x);
-        let (sensor_displacement, sensor_velocity) = self.sensor(x, (displacement, velocity));
-        let give = self.belt_give(x);
-        let given_belt_velocity = self.inputs.belt_velocity_at(t);
-        let belt_velocity = given_belt_velocity + self.belt_ripple(t) + give.velocity;
-        let stuck = mode == ContactMode::Stuck;
-        let relative_velocity = if stuck {
-            ZERO
-        } else {
-            velocity - belt_velocity
-        };
-        Kinematics {
-            motion: Motion {
-                time: t,
-                displacement,
-                velocity,
-                sensor_displacement,
-                sensor_velocity,
-                given_belt_velocity,
-                belt_velocity,
-                relative_velocity,
-                speed: relative_velocity * mode.sign(),
-                normal_force: self.inputs.normal_force_at(t),
-                travel: self.travel_offset + self.inputs.belt_distance_at(t) + give.displacement
-                    - displacement,
-                dwell: if stuck { t - self.stick_since } else { ZERO },
-            },
-            give,
-        }
-    }
-
-    /// The motion at one instant.
-    pub fn motion(&self, t: Real, x: &State, mode: ContactMode) -> Motion {
-        self.kinematics(t, x, mode).motion
-    }
-
-    /// Normal force after all effects, in N; contact can't pull.
-    fn effective_normal_force(&self, m: &Motion, x: &State) -> Real {
-        let mut force = m.normal_force;
-        for e in self.effects.iter() {
-            force *= e.effect.normal_factor(m, self.states(e, x));
-        }
-        not_negative(force)
-    }
-
-    fn friction_factor(&self, m: &Motion, x: &State) -> Real {
-        let mut factor = self.level;
-        for e in self.effects.iter() {
-            factor *= e.effect.friction_factor(m, self.states(e, x));
-        }
-        not_negative(factor)
-    }
-
-    /// Friction capacity mu(|v_r|) F_N in N while sliding.
-    fn capacity(&self, m: &Motion, x: &State) -> Real {
-        let speed = self
-            .effects
-            .iter()
-            .find_map(|e| e.effect.lagged_speed(self.states(e, x)))
-            .unwrap_or(m.speed);
-        let coefficient = self.friction.coefficient(speed) + self.friction_slope * speed;
-        not_negative(coefficient) * self.friction_factor(m, x) * self.effective_normal_force(m, x)
-    }
-
-    /// Whether the constraint force follows from the state alone during stick under the present inputs.
-    pub fn keeps_force_steady(&self) -> bool {
-        self.inputs.external_force_rate == 0.0 && self.inputs.clamp_acceleration_rate == 0.0
-    }
-
-    /// Largest friction force in N that stick can carry.
-    pub fn static_limit(&self, t: Real, x: &State) -> Real {
-        if self.effects.is_empty() {
-            return self.static_coefficient * self.level * self.inputs.normal_force_at(t);
-        }
-        let m = self.kinematics(t, x, ContactMode::Stuck).motion;
-        let mut factor = self.friction_factor(&m, x);
-        for e in self.effects.iter() {
-            factor *= e.effect.static_factor(&m);
-        }
-        self.static_coefficient * factor * self.effective_normal_force(&m, x)
-    }
-
-    /// Modal accelerations without the friction force, external force and clamp included; returns the tip's acceleration under them.
-    #[inline]
-    fn free_acceleration(
-        &self,
-        m: &Motion,
-        x: &State,
-        acceleration: &mut [Real; MAX_MODES],
-    ) -> Real {
-        let mut force = self.inputs.external_force_at(m.time);
-        for e in self.effects.iter() {
-            force += e.effect.tip_force(m, self.states(e, x));
-        }
-        let clamp = self.inputs.clamp_acceleration_at(m.time);
-        for j in 0..self.mode_count {
-            acceleration[j] = self.gain[j] * force
-                - self.damping[j] * x[2 * j + 1]
-                - self.stiffness[j] * x[2 * j]
-                - self.clamp_participation[j] * clamp;
-        }
-        if !self.effects.is_empty() {
-            for e in self.effects.iter() {
-                e.effect.add_modal_acceleration(
-                    m,
-                    self.states(e, x),
-                    &x[..2 * self.mode_count],
-                    &mut acceleration[..self.mode_count],
-                );
-            }
-        }
-        (0..self.mode_count)
-            .map(|j| self.tip_value[j] * acceleration[j])
-            .sum()
-    }
-
-    /// Force that keeps v_r = 0, from `w'' = v_belt'`:
-    /// `F_c = (v0' + x''_free - w''_free) / (sum phi_j^2/m_j + belt mobility)` in N.
-    #[inline]
-    fn constraint_force_from(&self, t: Real, free: Real, give: &BeltGive) -> Real {
-        let imposed = self.inputs.belt_acceleration + self.belt_ripple_rate(t);
-        (imposed + give.free_acceleration - free) / (self.mobility + give.mobility)
-    }
-
-    /// Constraint force F_c in N that would keep the contact sticking.
-    pub fn constraint_force(&self, t: Real, x: &State) -> Real {
-        let k = self.kinematics(t, x, ContactMode::Stuck);
-        let free = self.free_acceleration(&k.motion, x, &mut [ZERO; MAX_MODES]);
-        self.constraint_force_from(k.motion.time, free, &k.give)
-    }
-
-    fn contact_from(
-        &self,
-        k: &Kinematics,
-        free: Real,
-        x: &State,
-        mode: ContactMode,
-    ) -> ContactForce {
-        if mode == ContactMode::Stuck {
-            return ContactForce {
-                force: self.constraint_force_from(k.motion.time, free, &k.give),
-                capacity: ZERO,
-                stuck: true,
-            };
-        }
-        let capacity = self.capacity(&k.motion, x);
-        let force = if self.has_memory {
-            self.effects
-                .iter()
-                .map(|e| {
-                    e.effect
-                        .memory_force(&k.motion, capacity, self.states(e, x))
-                })
-                .sum()
-        } else {
-            -mode.sign() * capacity
-        };
-        ContactForce {
-            force,
-            capacity,
-            stuck: false,
-        }
-    }
-
-    /// Whether v_r is zero to rounding.
-    pub fn is_at_rest(&self, t: Real, x: &State) -> bool {
-        let (_, velocity) = self.tip(x);
-        let belt = self.inputs.belt_velocity_at(t);
-        self.relative_velocity(t, x).abs() <= 1e-12 * (belt.abs() + velocity.abs() + 1e-6)
-    }
-
-    /// Stick or the slip that starts from v_r = 0: stick while |F_c| is within its limit.
-    pub fn mode_at_rest(&self, t: Real, x: &State) -> ContactMode {
-        let force = self.constraint_force(t, x);
-        if force.abs() <= self.static_limit(t, x) {
-            ContactMode::Stuck
-        } else {
-            ContactMode::slip_towards(-force)
-        }
-    }
-
-    /// Rates of all states in a mode. In slip, `mode` fixes the sign of friction even where the
-    /// integrator looks slightly beyond v_r = 0.
-    #[inline]
-    pub fn rates(&self, t: Real, x: &State, mode: ContactMode, rates: &mut State) {
-        if self.effects.is_empty() {
-            self.base_rates(t, x, mode, rates);
-        } else {
-            self.evaluate(t, x, mode, rates);
-        }
-    }
-
-    /// Rates of the reference model alone: the same operations as in `evaluate`, without the hooks.
-    #[inline]
-    fn base_rates(&self, t: Real, x: &State, mode: ContactMode, rates: &mut State) {
-        let (mut velocity, mut free) = (ZERO, ZERO);
-        let mut acceleration = [ZERO; MAX_MODES];
-        let clamp = self.inputs.clamp_acceleration_at(t);
-        for j in 0..self.mode_count {
-            velocity += self.tip_value[j] * x[2 * j + 1];
-            acceleration[j] = -self.damping[j] * x[2 * j + 1]
-                - self.stiffness[j] * x[2 * j]
-                - self.clamp_participation[j] * clamp;
-            free += self.tip_value[j] * acceleration[j];
-        }
-        // In stick the belt alone says how the tip moves: friction takes up whatever pushes besides.
-        let force = if mode == ContactMode::Stuck {
-            (self.inputs.belt_acceleration - free) / self.mobility
-        } else {
-            let sign = mode.sign();
-            let speed = sign * (velocity - self.inputs.belt_velocity_at(t));
-            let normal = self.inputs.normal_force_at(t);
-            let friction = -sign * self.friction.coefficient(speed) * self.level * normal;
-            friction + self.inputs.external_force_at(t)
-        };
-        for j in 0..self.mode_count {
-            rates[2 * j] = x[2 * j + 1];
-            rates[2 * j + 1] = acceleration[j] + self.gain[j] * force;
-        }
-    }
-
-    /// Rates, and the friction force on the tip in N.
-    pub fn evaluate(
-        &self,
-        t: Real,
-        x: &State,
-        mode: ContactMode,
-        rates: &mut State,
-    ) -> ContactForce {
-        let k = self.kinematics(t, x, mode);
-        let mut acceleration = [ZERO; MAX_MODES];
-        let free = self.free_acceleration(&k.motion, x, &mut acceleration);
-        let contact = self.contact_from(&k, free, x, mode);
-        for j in 0..self.mode_count {
-            rates[2 * j] = x[2 * j + 1];
-            rates[2 * j + 1] = acceleration[j] + self.gain[j] * contact.force;
-        }
-        for e in self.effects.iter().filter(|e| !e.is_mode) {
-            let range = e.first_state..e.first_state + e.nominals.len();
-            rates[range.clone()].fill(ZERO);
-            e.effect
-                .add_rates(&k.motion, &contact, &x[range.clone()], &mut rates[range]);
-        }
-        contact
-    }
-
-    /// Removes the relative velocity so that the contact can stick: each mode takes its share
-    /// `(phi_j/m_j) / sum(phi^2/m)`, as an impulse at the tip would do.
-    pub fn project_on_stick(&self, t: Real, x: &mut State) {
-        self.push(-self.relative_velocity(t, x), x);
-    }
-
-    /// Changes the tip's velocity by `change` in m/s as an impulse at the tip would do: each mode takes
-    /// its share `(phi_j/m_j) / sum(phi^2/m)`.
-    pub fn push(&self, change: Real, x: &mut State) {
-        for j in 0..self.mode_count {
-            x[2 * j + 1] += change * self.gain[j] / self.mobility;
-        }
-    }
-
-    /// Jumps of the effects' states at the arrival in stick.
-    pub fn on_stick(&self, x: &mut State) {
-        for e in self.effects.iter() {
-            e.effect
-                .on_stick(&mut x[e.first_state..e.first_state + e.nominals.len()]);
-        }
-    }
-
-    /// Jumps of the effects' states at break-away.
-    pub fn on_break_away(&self, x: &mut State) {
-        for e in self.effects.iter() {
-            e.effect
-                .on_break_away(&mut x[e.first_state..e.first_state + e.nominals.len()]);
-        }
-    }
-
-    /// Adds to the effects' states the values that are in equilibrium with the start motion.
-    pub fn settle(&self, t: Real, x: &mut State, mode: ContactMode) {
-        let k = self.kinematics(t, x, mode);
-        let free = self.free_acceleration(&k.motion, x, &mut [ZERO; MAX_MODES]);
-        let contact = if self.has_memory {
-            // The bristle's own force is what is sought: take the constraint force within capacity.
-            let capacity = self.capacity(&k.motion, x);
-            let force = self.constraint_force_from(t, free, &k.give);
-            // What is no number is passed on and ends the motion; `clamp` would panic.
-            let force = if capacity.is_nan() {
-                capacity
-            } else {
-                force.max(-capacity).min(capacity)
-            };
-            let sliding =
-                k.motion.relative_velocity.abs() > 0.01 * (k.motion.belt_velocity.abs() + 1e-6);
-            let force = if sliding {
-                -mode.sign() * capacity
-            } else {
-                force
-            };
-            ContactForce {
-                force,
-                capacity,
-                stuck: false,
-            }
-        } else {
-            self.contact_from(&k, free, x, mode)
-        };
-        for e in self.effects.iter() {
-            let range = e.first_state..e.first_state + e.nominals.len();
-            e.effect.settle(&k.motion, &contact, &mut x[range]);
-        }
-    }
-
-    /// Displacement in m as the sensor gives it.
-    pub fn measured_displacement(&self, t: Real, x: &State, mode: ContactMode) -> Real {
-        let (mut reading, _) = self.sensor(x, self.tip(x));
-        if !self.effects.is_empty() {
-            let m = self.motion(t, x, mode);
-            for e in self.effects.iter() {
-                let own = self.states(e, x);
-                reading = e.effect.measured_displacement(reading, &m, own);
-            }
-        }
-        reading + self.sensor_offset
-    }
-
-    /// The same as `offset + row x`; `None` where a sensor is not linear.
-    pub fn measured_row(&self) -> Option<(State, Real)> {
-        let linear = self.effects.iter().all(|e| e.effect.measures_linearly());
-        linear.then(|| {
-            row_of(self.dimension, |x| {
-                self.measured_displacement(ZERO, x, ContactMode::Backward)
-            })
-        })
-    }
-
-    /// Relative velocity v_r in m/s from the state alone.
-    #[inline]
-    pub fn relative_velocity(&self, t: Real, x: &State) -> Real {
-        let (_, velocity) = self.tip(x);
-        let give = self.belt_give(x).velocity;
-        velocity - self.inputs.belt_velocity_at(t) - self.belt_ripple(t) - give
-    }
-
-    /// Relative acceleration v_r' in m/s^2 from the rates alone.
-    #[inline]
-    pub fn relative_acceleration(&self, t: Real, rates: &State) -> Real {
-        // v_r is linear in the state, so its slope is the same functional of the rates.
-        self.relative_velocity(t, rates) + self.inputs.belt_velocity_at(t) + self.belt_ripple(t)
-            - self.inputs.belt_acceleration
-            - self.belt_ripple_rate(t)
     }
 
     /// Magnitudes below which errors of the states do not matter, for the integrator's error norm.
@@ -799,38 +370,5 @@ impl Model {
             )?;
         }
         Ok(())
-    }
-
-    /// Stored energy of the structure in J: `sum m_j (q_j'^2 + w_j^2 q_j^2) / 2`.
-    pub fn stored_energy(&self, x: &State) -> Real {
-        self.beam
-            .modes()
-            .iter()
-            .enumerate()
-            .map(|(j, m)| {
-                0.5 * m.mass * (x[2 * j + 1].powi(2) + self.stiffness[j] * x[2 * j].powi(2))
-            })
-            .sum()
-    }
-
-    /// Power in W that comes in beside friction: `F_ext w' - a sum m_j g_j q_j'`, of the external force and of the inertia that the
-    /// clamp's acceleration a stands for.
-    pub fn external_power(&self, t: Real, x: &State, tip_velocity: Real) -> Real {
-        let modes = self.beam.modes().iter().enumerate();
-        let momentum: Real = modes
-            .map(|(j, m)| m.mass * self.clamp_participation[j] * x[2 * j + 1])
-            .sum();
-        self.inputs.external_force_at(t) * tip_velocity
-            - self.inputs.clamp_acceleration_at(t) * momentum
-    }
-
-    /// Power in W that structural damping takes: `sum (2 D_j w_j + d_j) m_j q_j'^2`.
-    pub fn structural_dissipation(&self, x: &State) -> Real {
-        self.beam
-            .modes()
-            .iter()
-            .enumerate()
-            .map(|(j, m)| self.damping[j] * m.mass * x[2 * j + 1].powi(2))
-            .sum()
     }
 }

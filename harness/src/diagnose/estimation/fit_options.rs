@@ -42,6 +42,9 @@ pub struct FitOptions {
     pub reference: bool,
     /// Whether the noise that is allowed for falls in the course of the fit ([`super::graduation`]).
     pub graduated: bool,
+    /// A fit whose evidence can't reach this any more ends, nats: its hypothesis changes no verdict. Only of the objective that is that of
+    /// the evidence.
+    pub least_evidence: f64,
 }
 
 impl FitOptions {
@@ -62,6 +65,7 @@ impl FitOptions {
             robust: true,
             reference: true,
             graduated: false,
+            least_evidence: f64::NEG_INFINITY,
         }
     }
 }

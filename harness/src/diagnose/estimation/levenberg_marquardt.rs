@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt on the equivalent weighted least squares, with Broyden's updates between Jacobians.
 
-use crate::diagnose::estimation::fit::Fit;
+use crate::diagnose::estimation::fit::{Fit, MOST_OVER_EXPECTED};
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, sum_of_squares};
 use crate::diagnose::estimation::information::Information;
 use crate::diagnose::estimation::normal_equations::Normal;
@@ -88,6 +88,9 @@ impl Fitter<'_, '_> {
             let mut linear = self.linearise_all(&here);
             if self.options.parameters {
                 differentiated = Some((here.clone(), linear.clone()));
+                if self.falls_short(&here, &linear) {
+                    break;
+                }
             }
             for quasi in 0..=QUASI_STEPS {
                 let system = Normal::assemble(self, &here, &linear);
@@ -160,6 +163,19 @@ impl Fitter<'_, '_> {
             expected_fall,
             ..fit
         }
+    }
+
+    /// Whether the evidence can't reach what is asked of it, as far as the derivatives at a place tell.
+    fn falls_short(&self, here: &Place, linear: &[Option<Linear>]) -> bool {
+        let least = self.options.least_evidence;
+        if least == f64::NEG_INFINITY || self.options.robust || self.allowance > 1.0 {
+            return false;
+        }
+        let information = Information::at(self, here, linear);
+        let prices = information.state_prices();
+        let occam = prices.and_then(|p| information.occam(&p));
+        let most_fall = MOST_OVER_EXPECTED * information.expected_fall();
+        occam.is_some_and(|occam| occam - self.misfit(here) + most_fall < least)
     }
 
     /// All segments linearised at a point.

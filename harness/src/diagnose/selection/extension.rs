@@ -6,16 +6,16 @@
 //! the standard deviation of the strength, and with it how strong the effect may be without being seen.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit::{FittedHypothesis, MOST_OVER_EXPECTED};
+use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart::continued;
 use crate::diagnose::initialisation::score_test::{At, Lead, Promise, follow, look};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::periodic::periodic;
-use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::variants::{all_variants, library};
 use crate::diagnose::selection::decision::{log_prior, share_starts};
-use crate::diagnose::selection::fitted_model::{FittedModel, MOST_OVER_EXPECTED};
+use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
 use crate::diagnose::selection::tested::Tested;
@@ -32,7 +32,7 @@ const FITTED: usize = 4;
 
 /// What a score test of all effects beside one hypothesis found.
 pub(crate) struct Extensions {
-    /// Effects tested and not fitted, with what is expected of them.
+    /// Effects that can't change the verdict, with what is expected of them or what a fit found of them.
     pub tested: Vec<Tested>,
     /// Those that could change the verdict, fitted.
     pub fitted: Vec<FittedModel>,
@@ -108,6 +108,15 @@ pub(crate) fn extend(
     }
     promising.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
     let base = on_all.fit.log_evidence;
+    // Beside values along the belt a pair that fares badly from here may be found from its other effect.
+    let least_gain = match leader.is_local() {
+        true => f64::NEG_INFINITY,
+        false => price - TIE,
+    };
+    let options = FitOptions {
+        least_evidence: base + least_gain,
+        ..full_refit::last_options()
+    };
     for batch in promising.chunks(BATCH) {
         let on_all = out.fitted.iter().filter_map(|m| m.full_refit.as_ref());
         let best = on_all
@@ -117,9 +126,26 @@ pub(crate) fn extend(
             .iter()
             .filter(|(_, p)| MOST_OVER_EXPECTED * p.gain >= best)
             .collect();
-        out.fitted.extend(parallel(&open, |(choices, p)| {
-            fitted(screen, &p.choices(choices), p.start.clone())
-        })?);
+        let found = parallel(&open, |(choices, p)| {
+            let h = problem.hypothesis(&p.choices(choices))?;
+            let on_all = continued(problem, h, &segments, p.start.clone(), options)?;
+            let gain = on_all.fit.log_evidence - base;
+            let model = match gain > least_gain {
+                true => Some(seen(screen, &segments, on_all)?),
+                false => None,
+            };
+            Ok((gain, model))
+        })?;
+        for ((choices, p), (gain, model)) in open.into_iter().zip(found) {
+            match model {
+                Some(model) => out.fitted.push(model),
+                None => out.tested.push(Tested {
+                    gain,
+                    log_odds: gain - price,
+                    ..tested(p.choices(choices), p, price)
+                }),
+            }
+        }
     }
     let mut models: Vec<&mut FittedModel> = out.fitted.iter_mut().collect();
     let places: Vec<usize> = (0..models.len()).collect();
@@ -191,16 +217,18 @@ fn tested(choices: Vec<Choice>, promise: &Promise, price: f64) -> Tested {
     }
 }
 
-/// A hypothesis fitted from `start` on all segments of the runs fitted, then looked at on those of the screen.
-fn fitted(screen: &Screen, choices: &[Choice], start: Point) -> Result<FittedModel, Error> {
+/// A hypothesis fitted to all `segments` of the runs fitted, also on those of the screen.
+fn seen(
+    screen: &Screen,
+    segments: &[Segment],
+    on_all: FittedHypothesis,
+) -> Result<FittedModel, Error> {
     let problem = screen.problem;
     let all = problem.fit_segments(1);
-    let segments = problem.copies(&all);
-    let h = problem.hypothesis(choices)?;
-    let on_all = continued(problem, h, &segments, start, full_refit::last_options())?;
     let on_screen = full_refit::restricted(&on_all.fit.point, &all, &screen.indices);
+    let choices = &on_all.hypothesis.choices;
     let mut model = screen.continued(choices, on_screen, refitting(RETRY))?;
-    full_refit::put(problem, &mut model, &segments, on_all)?;
+    full_refit::put(problem, &mut model, segments, on_all)?;
     Ok(model)
 }
 
@@ -226,7 +254,11 @@ pub(crate) fn largest_gain(
             return Ok(0.0);
         }
         let h = problem.hypothesis(&p.choices(choices))?;
-        let fitted = continued(problem, h, segments, p.start, full_refit::last_options())?;
+        let options = FitOptions {
+            least_evidence: base.fit.log_evidence,
+            ..full_refit::last_options()
+        };
+        let fitted = continued(problem, h, segments, p.start, options)?;
         Ok(fitted.fit.log_evidence - base.fit.log_evidence)
     })?;
     Ok(gains.into_iter().fold(0.0, f64::max))

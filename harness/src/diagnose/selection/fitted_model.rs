@@ -1,7 +1,7 @@
 //! A hypothesis with its fit, and how it fares beside others.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::estimation::fit::{FittedHypothesis, MOST_OVER_EXPECTED};
 use crate::diagnose::estimation::fit_options::STRIDE;
 use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Choice;
@@ -12,10 +12,6 @@ use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
-
-/// A fit gains at most this many times what was expected of it: twice the most that was seen beside models that leave an effect
-/// out (2.2 to 2.5 times, where the gain was large).
-pub(crate) const MOST_OVER_EXPECTED: f64 = 5.0;
 
 /// Whether errors are down to the noise and as white; a spectral ratio that could not be told is passed over.
 pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {

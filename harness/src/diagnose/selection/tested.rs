@@ -1,4 +1,4 @@
-//! Effects that were tested beside a hypothesis and not fitted.
+//! Effects that were tested beside a hypothesis and not fitted to their end.
 
 use crate::diagnose::model::hypothesis::Choice;
 
@@ -7,11 +7,11 @@ use crate::diagnose::model::hypothesis::Choice;
 pub struct Tested {
     /// The effects of the hypothesis, and the one more.
     pub choices: Vec<Choice>,
-    /// Expected gain in evidence by it, nats.
+    /// Gain in evidence by it, nats: the expected one, or where a fit fell short of what could change the verdict.
     pub gain: f64,
     /// Expected fall of the negative logarithm of the likelihood by it, nats.
     pub fall: f64,
-    /// The expected gain less the price of an effect more: logarithm of its odds against the hypothesis.
+    /// That gain less the price of an effect more: logarithm of its odds against the hypothesis.
     pub log_odds: f64,
     /// Strength at which it would be named with even odds, in the unit of its strength; `None` where no derivative tells.
     pub detection_limit: Option<f64>,

@@ -2,6 +2,9 @@
 //!
 //! Each format has a file of its own and knows nothing of the others; `choice` says which channel is what.
 
+mod channel_search;
+mod channel_times;
+mod channel_values;
 mod choice;
 mod csv;
 mod cursor;
@@ -10,6 +13,7 @@ mod kind;
 mod mat5;
 mod names;
 mod parquet;
+mod role;
 mod samples;
 mod tdms;
 mod uff;

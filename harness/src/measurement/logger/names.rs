@@ -166,7 +166,7 @@ pub fn units_beside(channels: &mut [Channel], texts: &[(String, String)]) {
         let mut inside: Vec<&mut Channel> = channels
             .iter_mut()
             .filter(|c| c.name.starts_with(&group) && c.unit.is_none())
-            .filter(|c| !super::choice::is_time_name(c.last_name()))
+            .filter(|c| !super::role::is_time_name(c.last_name()))
             .collect();
         if let [one] = inside.as_mut_slice()
             && unit.is_some()
