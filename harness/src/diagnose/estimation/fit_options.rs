@@ -42,8 +42,8 @@ pub struct FitOptions {
     pub reference: bool,
     /// Whether the noise that is allowed for falls in the course of the fit ([`super::graduation`]).
     pub graduated: bool,
-    /// A fit whose evidence can't reach this any more ends, nats: its hypothesis changes no verdict. Only of the objective that is that of
-    /// the evidence.
+    /// A fit whose evidence can't reach this any more ends, nats: its hypothesis changes no verdict. Only at the noise and of the objective
+    /// that is that of the evidence.
     pub least_evidence: f64,
 }
 

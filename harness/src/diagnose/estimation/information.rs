@@ -23,6 +23,8 @@ pub(crate) struct Information<'i, 'a, 'b> {
     matrix: DMatrix<f64>,
     /// Descent of the objective by the same parameters, likewise.
     gradient: DVector<f64>,
+    /// Fall of the objective by the start states alone, nats.
+    fall_of_starts: f64,
     /// First column of each run's own parameters.
     own_first: Vec<usize>,
 }
@@ -35,6 +37,7 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
         let h = fitter.hypothesis;
         let (mut matrix, mut gradient, own_first) = priors(fitter, &here.point);
         let kept = fitter.kept(&here.sums);
+        let mut fall_of_starts = 0.0;
         for (k, l) in linear.iter().enumerate().filter(|(k, _)| kept[*k]) {
             let Some(l) = l else { continue };
             let run = fitter.data.segments[k].run;
@@ -45,7 +48,8 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             let list = directions(h, here.point.stuck[k]);
             let believed = state_precision(fitter, &list);
             let state: Vec<f64> = list.iter().map(|&i| here.point.states[k][i]).collect();
-            let (of_segment, descent) = projected(l, weight, (&believed, &state));
+            let (of_segment, descent, fall) = projected(l, weight, (&believed, &state));
+            fall_of_starts += fall;
             for (i, &ci) in columns.iter().enumerate() {
                 gradient[ci] += descent[i];
                 for (j, &cj) in columns.iter().enumerate() {
@@ -59,14 +63,21 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
             linear,
             matrix,
             gradient,
+            fall_of_starts,
             own_first,
         }
     }
 
-    /// Fall of the objective to the least of its quadratic model, nats: `1/2 g' H^-1 g`; infinite where H is not positive definite.
+    /// Fall of the objective to the least of its quadratic model by the parameters beyond that by the start states alone, nats:
+    /// `1/2 g' H^-1 g`; infinite where H is not positive definite.
     pub fn expected_fall(&self) -> f64 {
         let step = scaled_solve(&self.matrix, &self.gradient);
         step.map_or(f64::INFINITY, |step| 0.5 * self.gradient.dot(&step))
+    }
+
+    /// The same by all that is free.
+    pub fn expected_fall_of_all(&self) -> f64 {
+        self.expected_fall() + self.fall_of_starts
     }
 
     /// Matrix and gradient.
@@ -160,15 +171,15 @@ fn state_precision(f: &Fitter, list: &[usize]) -> Vec<f64> {
     matrix.diagonal().iter().copied().collect()
 }
 
-/// Information of a segment on the parameters and descent by them, its start state free: `w P' P` and `w P' r` with r the residuals
-/// and P what of the derivatives by the parameters no change of the start state explains, `K - Q Q' K` with `Q R` the
+/// Information of a segment on the parameters and descent by them, its start state free: `w P' P` and `w P' r`, and the fall by the
+/// start state alone, `1/2 w |Q' r|^2`, with r the residuals and P what of the derivatives by the parameters no change of the start state explains, `K - Q Q' K` with `Q R` the
 /// derivatives by the state, below them a row for what is believed of each of its components, precision and value (QR
 /// decomposition).
 fn projected(
     linear: &Linear,
     weight: f64,
     (believed, state): (&[f64], &[f64]),
-) -> (DMatrix<f64>, DVector<f64>) {
+) -> (DMatrix<f64>, DVector<f64>, f64) {
     let (rows, states) = linear.states.shape();
     let root = weight.sqrt();
     let mut by_state = linear.states.clone().insert_rows(rows, states, 0.0) * root;
@@ -191,5 +202,6 @@ fn projected(
         let explained = &q * q.tr_mul(&free);
         free -= explained;
     }
-    (free.tr_mul(&free), free.tr_mul(&residual))
+    let fall = 0.5 * q.tr_mul(&residual).norm_squared();
+    (free.tr_mul(&free), free.tr_mul(&residual), fall)
 }

@@ -88,7 +88,7 @@ impl Fitter<'_, '_> {
             let mut linear = self.linearise_all(&here);
             if self.options.parameters {
                 differentiated = Some((here.clone(), linear.clone()));
-                if self.falls_short(&here, &linear) {
+                if is_near(here.merit) && self.falls_short(&here, &linear) {
                     break;
                 }
             }
@@ -165,7 +165,8 @@ impl Fitter<'_, '_> {
         }
     }
 
-    /// Whether the evidence can't reach what is asked of it, as far as the derivatives at a place tell.
+    /// Whether the evidence can't reach what is asked of it, as far as the derivatives at a place tell: near the noise, since far from it
+    /// the likelihood falls by more than its quadratic model has.
     fn falls_short(&self, here: &Place, linear: &[Option<Linear>]) -> bool {
         let least = self.options.least_evidence;
         if least == f64::NEG_INFINITY || self.options.robust || self.allowance > 1.0 {
@@ -174,7 +175,7 @@ impl Fitter<'_, '_> {
         let information = Information::at(self, here, linear);
         let prices = information.state_prices();
         let occam = prices.and_then(|p| information.occam(&p));
-        let most_fall = MOST_OVER_EXPECTED * information.expected_fall();
+        let most_fall = MOST_OVER_EXPECTED * information.expected_fall_of_all();
         occam.is_some_and(|occam| occam - self.misfit(here) + most_fall < least)
     }
 
