@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::Sampling;
-use super::campaign_file::{ANY, Check, NOT_ZERO, POSITIVE, Rule, line_of};
+use super::campaign_file::check::{ANY, Check, NOT_ZERO, POSITIVE, Rule, line_of};
 use super::noise::Noise;
 use super::own_clock::Readings;
 use super::sensor_place::{RawSensor, SensorPlace};

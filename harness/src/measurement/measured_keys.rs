@@ -2,7 +2,7 @@
 
 use toml::Spanned;
 
-use super::campaign_file::{Check, NOT_ZERO, line_of};
+use super::campaign_file::check::{Check, NOT_ZERO, line_of};
 use super::csv_table::Measured;
 use super::measurand::Measurand;
 use crate::error::Error;

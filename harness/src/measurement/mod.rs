@@ -39,7 +39,7 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
-pub(crate) use campaign_file::line_of;
+pub(crate) use campaign_file::check::line_of;
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
@@ -296,7 +296,7 @@ fn sensor_can_be_there(folder: &Path, place: &SensorPlace, runs: &[Run]) -> Resu
 
 fn load_run(
     folder: &Path,
-    entry: campaign_file::RunEntry,
+    entry: campaign_file::run_entry::RunEntry,
     further_sensors: &[FurtherSensor],
 ) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
@@ -396,7 +396,7 @@ fn load_run(
 /// The inputs of a run from the columns read, in the order of [`csv_table::INPUTS`].
 fn input_signals(
     file: &Path,
-    entry: &campaign_file::RunEntry,
+    entry: &campaign_file::run_entry::RunEntry,
     columns: [Option<(String, Vec<f64>)>; 4],
     sampling: &Sampling,
 ) -> Result<InputSignals, Error> {

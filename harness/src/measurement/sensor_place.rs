@@ -4,7 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::BeamKnowledge;
-use super::campaign_file::{Check, Rule, line_of};
+use super::campaign_file::check::{Check, Rule, line_of};
 use super::uncertainty::TIP_VALUE_STD;
 use crate::error::Error;
 
