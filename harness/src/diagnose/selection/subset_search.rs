@@ -30,7 +30,7 @@ const FOLLOWED: usize = 12;
 /// ... and at least so many without values along the belt: pairs with such values take up to seven of twelve places where none is hidden.
 const WITHOUT_VALUES: usize = 8;
 /// Effects of the library that are fitted on the windows, each alone: at least so many of those that explain most, and up to
-/// [`FOLLOWED`] of those that explain more than the last pair that is followed, or of all where no pairs are formed.
+/// [`FOLLOWED`] of those that explain more than the last pair that is followed, or more than a rival.
 const ALONE: usize = 4;
 /// Jacobians for a first fit of all of them: the first steps from where the regression points bring most, ...
 pub(super) const FIRST: usize = 3;
@@ -99,7 +99,7 @@ pub(crate) fn search(
     let Starts {
         starts,
         pairs: ranked,
-    } = search.starts(held)?;
+    } = search.starts(held, rival)?;
     let windows = &search.windows;
     let least = match rival {
         Some(rival) => windows.log_evidence(&search.on_windows(rival)?) - CLOSE,
@@ -217,7 +217,7 @@ impl Search<'_, '_> {
     }
 
     /// Where to fit from: what explains most beside the reference model; and all pairs, the one that explains most first.
-    fn starts(&self, held: &FittedModel) -> Result<Starts, Error> {
+    fn starts(&self, held: &FittedModel, rival: Option<&FittedModel>) -> Result<Starts, Error> {
         let start = self
             .windows
             .divided(&held.fitted.hypothesis, &held.fitted.fit.point);
@@ -243,9 +243,12 @@ impl Search<'_, '_> {
         let mut starts = starts.collect::<Result<Vec<Start>, Error>>()?;
         let library = self.responses(&held, self.library)?;
         let of_library = possible(self.alone(&library)?, &library);
-        // One that explains less than every pair followed is not fitted beyond the least number.
+        // One that explains less than every pair followed, or than the rival to first order likewise, is not fitted beyond the least number.
         let last = followed.last().filter(|_| followed.len() >= FOLLOWED);
-        let least = last.map_or(f64::INFINITY, |(_, pair)| pair.score);
+        let least = match rival {
+            Some(rival) => self.first_order(&held, &rival.choices)?,
+            None => last.map_or(f64::INFINITY, |(_, pair)| pair.score),
+        };
         let explaining = of_library.partition_point(|(_, explained)| explained.score < least);
         let most = explaining.clamp(ALONE, FOLLOWED);
         for (set, explained) in of_library.iter().take(most) {
@@ -259,6 +262,13 @@ impl Search<'_, '_> {
             starts,
             pairs: pairs.collect(),
         })
+    }
+
+    /// How well the best of these choices explains, alone and to first order.
+    fn first_order(&self, base: &FittedModel, choices: &[Choice]) -> Result<f64, Error> {
+        let alone = self.alone(&self.responses(base, choices)?)?;
+        let best = alone.first().map(|(_, explained)| explained.score);
+        Ok(best.unwrap_or(f64::INFINITY))
     }
 
     pub(super) fn responses<'s>(
