@@ -35,12 +35,15 @@ pub fn section(page: Page, material: &Material) -> Page {
         .alternatives
         .iter()
         .map(|a| {
-            format!(
-                "Not told apart by these data: {} over {} ({:.0} %).",
-                a.target.replace('_', " "),
-                a.argument.replace('_', " "),
-                100.0 * a.probability
-            )
+            let place = a.target.replace('_', " ");
+            let argument = a.argument.replace('_', " ");
+            match a.is_same_motion {
+                true => format!("The same motion of the tip: {place} over {argument}."),
+                false => format!(
+                    "Not told apart by these data: {place} over {argument} ({:.0} %).",
+                    100.0 * a.probability
+                ),
+            }
         })
         .collect();
     if !unknown.nearest_library_effects.is_empty() {

@@ -21,6 +21,13 @@ use std::collections::BTreeMap;
 
 /// Effects of the library that are listed.
 const NEAREST: usize = 3;
+/// What is said of a factor on friction, ...
+const OR_LOAD: &str = "The same factor on the normal force would move the tip in the same way";
+/// ... and of a force that adds to the normal force.
+const OR_FRICTION: &str =
+    "A factor on friction that counts less at a higher load would move the tip in the same way";
+/// What separates the two.
+const WHICH: &str = "a load cell under the holder, read beside the displacement, tells which.";
 /// Intervals of the histogram over a curve.
 const INTERVALS: usize = 28;
 
@@ -88,6 +95,10 @@ pub struct Alternative {
     pub argument: String,
     /// Probability among the hypotheses beyond the catalogue that were fitted.
     pub probability: f64,
+    /// Whether it moves the tip exactly as the first one does, so that its probability is that of the first: one hypothesis read in two
+    /// ways.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_same_motion: bool,
 }
 
 /// What a selection tells of physics beyond the catalogue; `None` where no hypothesis beyond it was fitted.
@@ -104,15 +115,22 @@ pub fn unknown(problem: &Problem, selection: &Selection, probability: f64) -> Op
     };
     let total = odds.iter().map(|(_, odds)| odds).sum::<f64>() / known;
     let of_first = odds[0].1;
-    let alternatives = odds[1..]
-        .iter()
-        .filter(|(_, odds)| !is_one_of_several && (of_first / odds).ln() < TIE)
-        .map(|(acting, odds)| Alternative {
-            target: acting.target.clone(),
-            argument: acting.argument.clone(),
-            probability: odds / total,
-        })
-        .collect();
+    let same = same_motion(problem, &first.acting).map(|acting| (acting, true, of_first));
+    let tied = odds[1..].iter();
+    let tied = tied.filter(|(_, odds)| (of_first / odds).ln() < TIE);
+    let tied = tied.map(|(acting, odds)| ((*acting).clone(), false, *odds));
+    let mut alternatives: Vec<Alternative> = Vec::new();
+    for (acting, is_same_motion, odds) in same.iter().cloned().chain(tied) {
+        let is_known = |a: &Alternative| a.target == acting.target && a.argument == acting.argument;
+        if !is_one_of_several && !alternatives.iter().any(is_known) {
+            alternatives.push(Alternative {
+                target: acting.target,
+                argument: acting.argument,
+                probability: odds / total,
+                is_same_motion,
+            });
+        }
+    }
     // Beside other effects a curve fitted alone shows what these do too.
     let curve = beyond
         .curve()
@@ -134,6 +152,7 @@ pub fn unknown(problem: &Problem, selection: &Selection, probability: f64) -> Op
             shown: &shown,
             is_adequate: beyond.is_any_adequate || is_one_of_several,
             is_one_of_several,
+            has_same_motion: same.is_some(),
         }),
         memory_s: memory.map(|m| m.value),
         shape: shown.shape,
@@ -149,6 +168,23 @@ pub fn unknown(problem: &Problem, selection: &Selection, probability: f64) -> Op
         value_unit: value_unit(&first.acting.target).to_owned(),
         formula: formula(problem, selection),
         file: shown.file,
+    })
+}
+
+/// What moves the tip exactly as this does: the contact force is the product of coefficient of friction and normal force, so that a factor
+/// on one is a factor on the other, and a force that adds to the normal force a factor on friction that counts less at a higher load.
+/// `None` for other places, and where the normal force was measured all along.
+fn same_motion(problem: &Problem, acting: &Acting) -> Option<Acting> {
+    let target = match acting.target.as_str() {
+        "friction" => "normal_force",
+        "normal_force" => "friction",
+        _ => return None,
+    };
+    let mut runs = problem.campaign.runs.iter();
+    let is_measured = runs.all(|run| run.inputs.normal_force.is_some());
+    (!is_measured).then(|| Acting {
+        target: target.to_owned(),
+        argument: acting.argument.clone(),
     })
 }
 
@@ -269,6 +305,7 @@ struct Said<'a> {
     shown: &'a Shown,
     is_adequate: bool,
     is_one_of_several: bool,
+    has_same_motion: bool,
 }
 
 /// Where the best hypothesis acts, what it depends on and what shape its curve has, in words.
@@ -320,7 +357,14 @@ fn in_words(said: &Said) -> String {
             "Of these, {} {acts}{shape}.{looped}",
             said.effect.unwrap_or("the curve")
         ),
-        false => format!("Most likely it {acts}{by}{shape}.{looped}"),
+        false => {
+            let same = match (said.has_same_motion, said.acting.target.as_str()) {
+                (false, _) => String::new(),
+                (true, "friction") => format!(" {OR_LOAD}: {WHICH}"),
+                (true, _) => format!(" {OR_FRICTION}: {WHICH}"),
+            };
+            format!("Most likely it {acts}{by}{shape}.{looped}{same}")
+        }
     }
 }
 
@@ -375,6 +419,7 @@ mod tests {
                 shown: &shown,
                 is_adequate: true,
                 is_one_of_several: false,
+                has_same_motion: true,
             })
         };
         let flat = [[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]];
@@ -389,5 +434,6 @@ mod tests {
         let words = of([[0.0, 0.0, 0.02], [1.0, 0.2, 0.02], [2.0, 0.4, 0.02]], None);
         assert!(words.starts_with("Most likely it acts on the coefficient of friction"));
         assert!(words.contains("the curve rises from"), "{words}");
+        assert!(words.contains("load cell under the holder"), "{words}");
     }
 }
