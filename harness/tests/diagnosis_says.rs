@@ -380,3 +380,18 @@ fn val_demonstration_names_friction_periodic_along_the_belt_and_the_repaired_fmu
         assert!(done.file(file).is_file(), "{file} is missing");
     }
 }
+
+/// Friction and normal force are one product: no record of the tip distinguishes a factor on one from a factor on the other.
+#[test]
+fn physics_on_friction_is_told_with_its_reading_as_a_normal_force() {
+    let done = Done::by(&["try", DEMO, "--add", "term_friction_by_tip_velocity"]);
+    let unknown = &done.diagnosis["unknown"];
+    assert_eq!(unknown["target"], "friction");
+    let other = &unknown["alternatives"][0];
+    assert_eq!(other["target"], "normal_force");
+    assert_eq!(other["argument"], unknown["argument"]);
+    assert_eq!(other["is_same_motion"], true);
+    assert_eq!(other["probability"], unknown["probability"]);
+    let sentence = "The same motion of the tip: normal force over w dot.";
+    assert!(done.report.contains(sentence), "{}", done.report.len());
+}
