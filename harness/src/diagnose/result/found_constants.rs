@@ -11,7 +11,6 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::profile_values::named_values;
 use crate::diagnose::result::diagnosis::{Evidence, FoundEffect, RunValues};
 use crate::diagnose::result::error_ladder::Step;
-use crate::diagnose::result::standings::{break_away_falls, p_value};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
@@ -259,4 +258,18 @@ pub(super) fn stated_speed(problem: &Problem) -> Option<String> {
             scale.value
         )
     })
+}
+
+/// For each run the fall of the error of predicting its break-aways by their place, if the effect is believed for that.
+fn break_away_falls(problem: &Problem, selection: &Selection) -> Vec<f64> {
+    let falls = problem.break_aways.iter().map(|b| b.fall_by_place);
+    falls.filter(|_| selection.by_break_aways).collect()
+}
+
+/// Probability of a gain as large by chance, from the campaigns simulated for step `i`; never below one in their number
+/// and one.
+fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
+    let gains = selection.by_chance.get(i).filter(|g| !g.is_empty())?;
+    let as_large = gains.iter().filter(|g| **g >= gain).count();
+    Some((1 + as_large) as f64 / (1 + gains.len()) as f64)
 }

@@ -11,14 +11,6 @@ use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::SEARCHED;
 use std::collections::BTreeMap;
 
-/// Probability of a gain as large by chance, from the campaigns simulated for step `i`; never below one in their number
-/// and one.
-pub(super) fn p_value(selection: &Selection, i: usize, gain: f64) -> Option<f64> {
-    let gains = selection.by_chance.get(i).filter(|g| !g.is_empty())?;
-    let as_large = gains.iter().filter(|g| **g >= gain).count();
-    Some((1 + as_large) as f64 / (1 + gains.len()) as f64)
-}
-
 /// All models of a selection, the calibrated model first.
 pub(super) fn all_models(selection: &Selection) -> Vec<&FittedModel> {
     std::iter::once(&selection.calibrated)
@@ -154,12 +146,6 @@ pub(super) fn further_effects(problem: &Problem, selection: &Selection) -> Vec<F
         detection_limit: t.detection_limit,
     })
     .collect()
-}
-
-/// For each run the fall of the error of predicting its break-aways by their place, if the effect is believed for that.
-pub(super) fn break_away_falls(problem: &Problem, selection: &Selection) -> Vec<f64> {
-    let falls = problem.break_aways.iter().map(|b| b.fall_by_place);
-    falls.filter(|_| selection.by_break_aways).collect()
 }
 
 /// Whether an effect among these is none of the catalogue's.
