@@ -172,9 +172,9 @@ fn state_precision(f: &Fitter, list: &[usize]) -> Vec<f64> {
 }
 
 /// Information of a segment on the parameters and descent by them, its start state free: `w P' P` and `w P' r`, and the fall by the
-/// start state alone, `1/2 w |Q' r|^2`, with r the residuals and P what of the derivatives by the parameters no change of the start state explains, `K - Q Q' K` with `Q R` the
-/// derivatives by the state, below them a row for what is believed of each of its components, precision and value (QR
-/// decomposition).
+/// start state alone, `1/2 w |Q' r|^2`, with r the residuals and P what of the derivatives by the parameters no change of the
+/// start state explains, `K - Q Q' K` with `Q R` the derivatives by the state, below them a row for what is believed of each of
+/// its components, precision and value (QR decomposition).
 fn projected(
     linear: &Linear,
     weight: f64,

@@ -204,17 +204,31 @@ pub(crate) fn fit_from(
     start: Point,
     jacobians: usize,
 ) -> Fit {
-    let data = Observations {
-        segments,
-        noise: &[NOISE; RUNS],
-        work: &Work::default(),
-    };
-    let options = FitOptions {
+    fit_by(toy, h, segments, start, to_its_end(jacobians))
+}
+
+/// The options of a fit with so many Jacobians that ends only where nothing moves any more, on the objective of the evidence.
+fn to_its_end(jacobians: usize) -> FitOptions {
+    FitOptions {
         stride: 1,
         robust: false,
         tolerance: 1e-12,
         least_fall: 0.0,
         ..FitOptions::search(jacobians)
+    }
+}
+
+fn fit_by(
+    toy: &mut dyn Simulator,
+    h: &Hypothesis,
+    segments: &[Segment],
+    start: Point,
+    options: FitOptions,
+) -> Fit {
+    let data = Observations {
+        segments,
+        noise: &[NOISE; RUNS],
+        work: &Work::default(),
     };
     Fitter::new(toy, h, &data, options).run(start)
 }
@@ -433,20 +447,12 @@ fn a_fit_ends_where_its_evidence_can_not_reach_what_is_asked() {
     let mut start = fit(&smaller, &segments, true).point;
     start.shared.push(0.0);
     let fitted = |least_evidence: f64| {
-        let data = Observations {
-            segments: &segments,
-            noise: &[NOISE; RUNS],
-            work: &Work::default(),
-        };
         let options = FitOptions {
-            stride: 1,
-            robust: false,
-            tolerance: 1e-12,
-            least_fall: 0.0,
             least_evidence,
-            ..FitOptions::search(20)
+            ..to_its_end(20)
         };
-        Fitter::new(&mut LinearToy::new(true), &h, &data, options).run(start.clone())
+        let toy = &mut LinearToy::new(true);
+        fit_by(toy, &h, &segments, start.clone(), options)
     };
     let at_its_end = fitted(f64::NEG_INFINITY);
     assert_ne!(at_its_end.point, start);

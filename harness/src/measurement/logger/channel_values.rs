@@ -44,22 +44,11 @@ impl Taking<'_> {
             Some(name) => channel.name == *name || channel.last_name() == name,
         };
         // What is stated for a channel by its name goes before what is stated for the measured one.
-        let mut scales: Vec<_> = self
-            .wanted
-            .scales
-            .iter()
-            .filter(|s| is_meant(&s.0))
-            .collect();
-        scales.sort_by_key(|s| s.0.is_none());
-        let scale = scales.first().map(|s| s.1);
-        let mut units: Vec<_> = self
-            .wanted
-            .units
-            .iter()
-            .filter(|u| is_meant(&u.0))
-            .collect();
-        units.sort_by_key(|u| u.0.is_none());
-        let stated: Option<Unit> = units.first().and_then(|u| names::find(&u.1));
+        let scales = self.wanted.scales.iter().filter(|s| is_meant(&s.0));
+        let scale = scales.min_by_key(|s| s.0.is_none()).map(|s| s.1);
+        let units = self.wanted.units.iter().filter(|u| is_meant(&u.0));
+        let unit = units.min_by_key(|u| u.0.is_none());
+        let stated: Option<Unit> = unit.and_then(|u| names::find(&u.1));
         let mut words = format!(
             "{} '{}'",
             role.words.trim_start_matches("the "),
