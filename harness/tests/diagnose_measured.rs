@@ -183,3 +183,62 @@ fn val_the_free_swing_dies_out_by_dry_friction_in_its_joint() {
         error(2)
     );
 }
+
+// Source: Janot, Gautier and Brunot, workshop on nonlinear system identification benchmarks, 2019: 95.1 kg, 203.5 N s/m, 20.4 N and an
+// offset of -3.2 N by which the dry friction differs with the direction, of the same records by least squares on the forces.
+#[test]
+#[ignore = "needs emps/DATA_EMPS.mat and emps/DATA_EMPS_PULSES.mat in a folder named by STICKSLIP_REAL or in ../shared/real; minutes"]
+fn val_the_servo_axis_has_a_friction_that_depends_on_the_direction_and_not_on_the_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let beam = folder.path().join("beam.toml");
+    std::fs::write(
+        &beam,
+        "[beam]\nnatural_frequencies_hz = [0.0]\ndamping_ratios = [0.0]\nmass_kg = 95.1\nmass_std_kg = 1.0\ntip_values = [1.0]\n",
+    )
+    .unwrap();
+    let campaign = folder.path().join("axis");
+    let imported = Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .arg("import")
+        .args(["emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"].map(real))
+        .args(["--displacement", "qm", "--unit", "qm=m"])
+        .args([
+            "--external-force",
+            "vir",
+            "--unit",
+            "vir=N",
+            "--scale",
+            "vir=35.15065",
+        ])
+        .args(["--belt-velocity", "0", "--normal-force", "930", "--beam"])
+        .arg(&beam)
+        .arg("-o")
+        .arg(&campaign)
+        .output()
+        .unwrap();
+    assert!(imported.status.success(), "{imported:?}");
+    let json = diagnosed(&campaign);
+    let ladder = json["error_ladder"].as_array().unwrap();
+    let error = |i: usize| ladder[i]["holdout_nrmse"].as_f64().unwrap();
+    let last = ladder.len() - 1;
+    assert!(
+        error(last) < 0.3 * error(1) && error(last) < 2.5e-4,
+        "{ladder:?}"
+    );
+    let unknown = &json["unknown"];
+    let said = (unknown["target"].as_str(), unknown["argument"].as_str());
+    let (target, argument) = (said.0.unwrap(), said.1.unwrap());
+    let is_force = ["friction", "normal_force", "tip_force"].contains(&target);
+    let is_direction = ["w_dot", "constant"].contains(&argument);
+    assert!(
+        is_force && is_direction,
+        "{target} over {argument}: {}",
+        json["summary"]
+    );
+    for step in ladder {
+        let is_place = step["step"]
+            .as_str()
+            .unwrap()
+            .contains("belt_friction_profile");
+        assert!(!is_place, "{step}");
+    }
+}

@@ -54,7 +54,8 @@ fn a_ramp_by_derivatives_does_not_depend_on_the_step() {
         slave.get("tip_displacement")
     };
     let (coarse, fine, stairs) = (run(1, true), run(100, true), run(100, false));
-    assert!((coarse - fine).abs() < 1e-9, "{coarse} {fine}");
+    // A line that is stated again goes on: what was integrated ahead stays valid.
+    assert!((coarse - fine).abs() < 1e-15, "{coarse} {fine}");
     assert!(
         (stairs - fine).abs() > 1e-8,
         "stairs are worse: {stairs} {fine}"

@@ -213,23 +213,16 @@ impl Content {
         }
     }
 
-    /// Hands inputs to the run where they differ from those that hold. Setting an input to the same
-    /// value must not disturb the run: what it has integrated ahead stays valid, and the result does
-    /// not depend on how often a master sets inputs.
+    /// Hands inputs to the run where they differ from those that hold. Setting an input to the value and
+    /// the rate that it has must not disturb the run: what it has integrated ahead stays valid, and the
+    /// result does not depend on how often a master sets inputs.
     ///
     /// # Errors
     /// Inputs outside the range in which the equations hold.
     pub fn apply_inputs(&mut self) -> Result<(), PhysicsError> {
         let run = self.run.as_ref().expect("initialised");
         let wanted = PLACES.inputs(&self.values, self.input_rates, run.time());
-        let now = run.inputs();
-        let same = now.belt_velocity == wanted.belt_velocity
-            && now.normal_force == wanted.normal_force
-            && now.external_force == wanted.external_force
-            && now.clamp_acceleration == wanted.clamp_acceleration
-            && now.are_steady()
-            && wanted.are_steady();
-        if !same {
+        if !run.inputs().go_on_as(&wanted) {
             self.account_energy()?;
             let run = self.run.as_mut().expect("initialised");
             run.set_inputs(wanted)?;

@@ -3,6 +3,9 @@
 use crate::error::{PhysicsError, require};
 use crate::real::{Real, ZERO};
 
+/// Share of the size of the terms `x(t)` and `x' t` by which two statements of one line may differ: some units in the last place.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Inputs as linear functions of time from `since` on: `v0(t) = belt_velocity + rate (t - since)`.
 ///
 /// The external force F_ext acts on the tip beside friction and is positive along the belt's motion: each mode
@@ -92,6 +95,47 @@ impl Inputs {
         }
     }
 
+    /// Whether these inputs, stated from a later time on, are `later`: constants the same, lines the same
+    /// but for the rounding of whoever stated them again.
+    pub fn go_on_as(&self, later: &Self) -> bool {
+        let t = later.since;
+        let now = self.from(t);
+        let lines = [
+            (
+                now.belt_velocity,
+                now.belt_acceleration,
+                later.belt_velocity,
+                later.belt_acceleration,
+            ),
+            (
+                now.normal_force,
+                now.normal_force_rate,
+                later.normal_force,
+                later.normal_force_rate,
+            ),
+            (
+                now.external_force,
+                now.external_force_rate,
+                later.external_force,
+                later.external_force_rate,
+            ),
+            (
+                now.clamp_acceleration,
+                now.clamp_acceleration_rate,
+                later.clamp_acceleration,
+                later.clamp_acceleration_rate,
+            ),
+        ];
+        lines.iter().all(|(value, rate, of_later, rate_of_later)| {
+            // Of a constant not even rounding may get lost.
+            let rounding = match *rate == 0.0 {
+                true => ZERO,
+                false => ROUNDING * (value.abs() + (*rate * t).abs()),
+            };
+            rate == rate_of_later && (*value - *of_later).abs() <= rounding
+        })
+    }
+
     /// Whether nothing varies in time.
     pub fn are_steady(&self) -> bool {
         [
@@ -153,5 +197,39 @@ impl Inputs {
             "m/s3",
             "finite",
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_goes_on_whoever_states_it_again_and_another_value_or_rate_does_not() {
+        let line = Inputs {
+            since: 0.3,
+            normal_force_rate: -41.0,
+            external_force: -5.3,
+            external_force_rate: 1370.1,
+            ..Inputs::constant(0.1, 90.0)
+        };
+        let later = line.from(7.7);
+        assert!(line.go_on_as(&later));
+        let again = Inputs {
+            external_force: later.external_force + 4e-12,
+            ..later
+        };
+        assert!(line.go_on_as(&again) && again != later);
+        let changes: [fn(&mut Inputs); 4] = [
+            |i| i.external_force += 1e-6,
+            |i| i.external_force_rate = 0.0,
+            |i| i.normal_force = 0.0,
+            |i| i.belt_velocity += 1e-16,
+        ];
+        for change in changes {
+            let mut other = line.from(1.0);
+            change(&mut other);
+            assert!(!line.go_on_as(&other), "{other:?}");
+        }
     }
 }

@@ -24,7 +24,7 @@ use crate::diagnose::result::diagnosis::{Diagnosis, Rung};
 use crate::diagnose::result::error_ladder::{Step, climb, contradiction};
 use crate::diagnose::result::further_sensors::FoundSensor;
 use crate::diagnose::result::run_sets::run_sets;
-use crate::diagnose::selection::discrepancy::{discrepancy, explain_most, of_further};
+use crate::diagnose::selection::discrepancy::explain_most;
 use crate::diagnose::selection::elimination::{Before, eliminate};
 use crate::diagnose::selection::fitted_model::is_small;
 use crate::diagnose::selection::select::{Selection, calibrate_threshold, gains_by_chance, select};
@@ -231,11 +231,8 @@ pub fn diagnose(
                 problem.trust_sensor();
             } else if !problem.place_is_told() && !watch.stop() {
                 watch.stage(stages::INCOMPLETE);
-                let noise = discrepancy(problem, selection)?;
-                let of_further = of_further(problem, selection, &noise)?;
                 let (sensors, before) = (problem.segments.clone(), Before::of(selection));
-                problem.count_with(noise.clone(), &of_further);
-                explain_most(problem, selection, watch)?;
+                let (noise, of_further) = explain_most(problem, selection, watch)?;
                 if selection.path.last().is_some_and(|m| is_small(&m.fit)) {
                     problem.segments = sensors;
                     problem.trust_sensor();

@@ -105,6 +105,7 @@ pub fn read_inputs(
             values,
             interpolation: chosen,
             refinement: REFINEMENT,
+            samples_of_a_line: 1,
         };
         tracks.push((name, InputTrack::of(&series, &time, least)));
     }

@@ -65,6 +65,8 @@ pub struct InputSeries {
     pub interpolation: Interpolation,
     /// Points for each sample, where it is band-limited.
     pub refinement: usize,
+    /// Samples from one knot to the next, where it is linear: those between lie on the line.
+    pub samples_of_a_line: usize,
 }
 
 /// The inputs of a run; those without a series are constant.
@@ -193,6 +195,12 @@ impl InputTrack {
                 let knots = (0..values.len()).map(|i| time[0] + i as f64 * step);
                 (knots.collect(), values)
             }
+            Interpolation::Linear if series.samples_of_a_line > 1 => {
+                let is_knot =
+                    |k: &usize| k.is_multiple_of(series.samples_of_a_line) || k + 1 == time.len();
+                let places = (0..time.len()).filter(is_knot);
+                places.map(|k| (time[k], series.values[k])).unzip()
+            }
             _ => (time.to_vec(), series.values.clone()),
         };
         Self {
@@ -205,12 +213,15 @@ impl InputTrack {
     /// Of the samples of `range` alone, as [`Self::of`] the whole series has it there; times count from the run's first.
     pub fn within(series: &InputSeries, time: &[f64], range: Range<usize>, least: f64) -> Self {
         let from = range.start.saturating_sub(REACH);
+        // The knots of a part are those of the whole.
+        let from = from - from % series.samples_of_a_line;
         let past = (range.end + REACH).min(time.len());
         let part = InputSeries {
             column: String::new(),
             values: series.values[from..past].to_vec(),
             interpolation: series.interpolation,
             refinement: series.refinement,
+            samples_of_a_line: series.samples_of_a_line,
         };
         let since: Vec<f64> = time[from..past].iter().map(|t| t - time[0]).collect();
         Self::of(&part, &since, least)
@@ -250,6 +261,7 @@ mod tests {
             values: vec![1.0, 3.0, -2.0],
             interpolation,
             refinement: REFINEMENT,
+            samples_of_a_line: 1,
         };
         InputTrack::of(&series, &[0.0, 1.0, 2.0], f64::NEG_INFINITY)
     }
@@ -281,6 +293,7 @@ mod tests {
             values: (0..300).map(wave).collect(),
             interpolation: Interpolation::BandLimited,
             refinement: REFINEMENT,
+            samples_of_a_line: 1,
         };
         let time: Vec<f64> = (0..300).map(|k| 5.0 + 0.25 * k as f64).collect();
         let since: Vec<f64> = time.iter().map(|t| t - 5.0).collect();
@@ -305,6 +318,7 @@ mod tests {
             values: vec![5.0, 5.0, 0.0, 0.0, 0.0, 5.0, 5.0],
             interpolation: Interpolation::BandLimited,
             refinement: REFINEMENT,
+            samples_of_a_line: 1,
         };
         let time: Vec<f64> = (0..7).map(f64::from).collect();
         let least = |least: f64| {

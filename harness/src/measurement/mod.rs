@@ -24,6 +24,7 @@ mod faults;
 mod further_sensor;
 mod header;
 mod input_file;
+mod input_lines;
 mod inputs;
 mod lines;
 pub mod logger;
@@ -44,6 +45,7 @@ pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
 pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
 pub use input_file::read_inputs;
+pub use input_lines::on_lines;
 pub use inputs::{Excitation, InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
 pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
@@ -430,6 +432,7 @@ fn input_signals(
             values,
             interpolation,
             refinement: REFINEMENT,
+            samples_of_a_line: 1,
         })
     });
     let [

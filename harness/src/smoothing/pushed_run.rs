@@ -14,6 +14,7 @@ pub fn pushed(force: impl Fn(f64) -> f64, belt: Option<fn(f64) -> f64>) -> Run {
         values: time.iter().map(|t| of(t - 2.0)).collect(),
         interpolation: Interpolation::Linear,
         refinement: REFINEMENT,
+        samples_of_a_line: 1,
     };
     Run {
         name: "pushed".into(),

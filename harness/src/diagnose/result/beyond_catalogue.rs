@@ -114,7 +114,9 @@ impl<'a> BeyondCatalogue<'a> {
         let first = first_of_several(problem, selection);
         let is_first = |c: &Candidate| first.is_some() && c.model.choices.first() == first;
         candidates.retain(|c| !is_any_adequate || c.model.reaches_floor() || is_first(c));
-        candidates.sort_by(|a, b| match is_any_adequate {
+        // Once fits count with what nobody modelled as noise, evidence compares what is not down to the sensor's too.
+        let has_evidence = is_any_adequate || selection.is_incomplete;
+        candidates.sort_by(|a, b| match has_evidence {
             true => b.log_posterior.total_cmp(&a.log_posterior),
             false => a.model.compare(b.model),
         });

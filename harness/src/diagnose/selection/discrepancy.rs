@@ -10,6 +10,9 @@
 //!
 //! so that n samples say as much as n / tau independent ones with the error s. With that noise hypotheses compare by their
 //! evidence as elsewhere, and effects are added one after another while a score test finds one that is worth its price.
+//! The best at first is the best of what has a name and starts segments with the structure's states alone. A memory that fades slowly is another
+//! constant force in each segment: it takes up what is not modelled, whatever that is, and with the little that it leaves it would be
+//! believed for that alone. What is most probable then tells the noise anew, until it leaves no less.
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
@@ -45,12 +48,33 @@ fn by_error(selection: &Selection) -> Vec<&FittedModel> {
     all
 }
 
+/// The model whose errors are what nobody modelled: once it was found what explains most, that; before, the best whose segments start with
+/// the structure's states alone, of what has a name, since a curve takes up too what it finds.
+fn reference<'a>(problem: &Problem, selection: &'a Selection) -> &'a FittedModel {
+    if selection.is_incomplete {
+        return selection.path.last().unwrap_or(&selection.calibrated);
+    }
+    let modes = selection.calibrated.fitted.hypothesis.modes;
+    let is_rigid = |m: &&FittedModel| {
+        let h = &m.fitted.hypothesis;
+        h.extra_states.is_empty() && h.modes == modes && !m.is_local() && has_names(problem, m)
+    };
+    let best = by_error(selection).into_iter().find(is_rigid);
+    best.unwrap_or(&selection.calibrated)
+}
+
+/// Whether a noise is so much less than another that fits are to count with it: by half in some run. Both are root mean squares of some
+/// ten segments, good to a fifth.
+fn is_less(noise: &[f64], than: &[f64]) -> bool {
+    noise.iter().zip(than).any(|(a, b)| *a < 0.5 * b)
+}
+
 /// Noise in m with which fits of each run are to count: what the best model of a selection leaves.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn discrepancy(problem: &Problem, selection: &Selection) -> Result<Vec<f64>, Error> {
-    let best = by_error(selection)[0];
+fn discrepancy(problem: &Problem, selection: &Selection) -> Result<Vec<f64>, Error> {
+    let best = reference(problem, selection);
     let segments = problem.copies(&best.fit.segments);
     let times = correlation_times(problem, &segments, &best.fitted)?;
     let of_run = |(run, tau): (usize, &f64)| {
@@ -70,12 +94,12 @@ pub fn discrepancy(problem: &Problem, selection: &Selection) -> Result<Vec<f64>,
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
-pub fn of_further(
+fn of_further(
     problem: &Problem,
     selection: &Selection,
     noise: &[f64],
 ) -> Result<Vec<Vec<f64>>, Error> {
-    let best = by_error(selection)[0];
+    let best = reference(problem, selection);
     if best.fit.of_further.is_empty() {
         return Ok(vec![Vec::new(); noise.len()]);
     }
@@ -92,22 +116,43 @@ pub fn of_further(
     Ok(times.iter().enumerate().map(of_run).collect())
 }
 
-/// Compares the best models of a selection that explains nothing again, with the noise that the problem's fits count with by
-/// now, adds effects while they are worth their price, and puts the most probable hypothesis at the end of the path.
+/// Compares the best models of a selection that explains nothing again, with what nobody modelled as noise, until what the most probable
+/// of them leaves is that noise. Fits count with it then: its standard deviation of each run in m, and by how much more uncertain each
+/// run's readings of further sensors are.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub fn explain_most(
-    problem: &Problem,
+    problem: &mut Problem,
     selection: &mut Selection,
     watch: &dyn Watch,
-) -> Result<(), Error> {
+) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+    let sensors = problem.segments.clone();
+    let mut noise = discrepancy(problem, selection)?;
+    loop {
+        let further = of_further(problem, selection, &noise)?;
+        problem.segments.clone_from(&sensors);
+        problem.count_with(noise.clone(), &further);
+        compare(problem, selection, watch)?;
+        let left = discrepancy(problem, selection)?;
+        if watch.stop() || !is_less(&left, &noise) {
+            return Ok((noise, further));
+        }
+        noise = left;
+    }
+}
+
+/// Compares the best models of a selection with the noise that the problem's fits count with by now, adds effects while they are worth
+/// their price, and puts the most probable hypothesis at the end of the path.
+fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> Result<(), Error> {
     let screen = Screen::new(problem);
+    let of_reference = reference(problem, selection).choices.clone();
     let mut known: Vec<FittedModel> = by_error(selection)
         .into_iter()
         .filter(|m| !m.is_local() && !m.choices.is_empty() && has_names(problem, m))
-        .take(COMPARED)
-        .cloned()
+        .enumerate()
+        .filter(|(place, m)| *place < COMPARED || m.choices == of_reference)
+        .map(|(_, m)| m.clone())
         .collect();
     known.insert(0, selection.calibrated.clone());
     let curves: Vec<FittedModel> = by_error(selection)
