@@ -206,7 +206,11 @@ impl<'a> View<'a> {
     fn quantity(&mut self, quantity: Quantity, set: f64) -> Option<f64> {
         let model = self.model();
         Some(match quantity {
-            Quantity::MeasuredDisplacement => self.outputs().measured_displacement,
+            // Fits read it at every sample, and nothing else: it needs no forces.
+            Quantity::MeasuredDisplacement => {
+                let (t, mode) = (self.time(), self.contact_mode());
+                model.measured_displacement(t, self.state(), mode)
+            }
             Quantity::MeasuredVelocity => {
                 let x = self.state();
                 model.sensor(x, model.tip(x)).1
