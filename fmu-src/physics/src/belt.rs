@@ -200,7 +200,7 @@ impl Inputs {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "tangent")))]
 mod tests {
     use super::*;
 
