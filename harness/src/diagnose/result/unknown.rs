@@ -12,6 +12,7 @@ use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{UnknownFunction, value_unit};
+use crate::diagnose::selection::decision::log_posterior;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::{SEARCHED, TIE};
@@ -288,7 +289,11 @@ fn nearest(problem: &Problem, selection: &Selection) -> Vec<String> {
     let mut of_library: Vec<(&FittedModel, &str)> = all
         .filter_map(|m| Some((m, effect_of_library(problem, m)?)))
         .collect();
-    of_library.sort_by(|a, b| a.0.compare(b.0));
+    // Evidence compares what is not down to the noise once that is what nobody modelled.
+    of_library.sort_by(|a, b| match selection.is_incomplete {
+        true => log_posterior(problem, b.0).total_cmp(&log_posterior(problem, a.0)),
+        false => a.0.compare(b.0),
+    });
     of_library
         .iter()
         .take(NEAREST)
