@@ -11,7 +11,7 @@ use crate::diagnose::explanation::argument::course;
 use crate::diagnose::explanation::library_term::proposal;
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::model::unknown_function::{UnknownFunction, value_unit};
+use crate::diagnose::model::unknown_function::{UnknownFunction, is_unknown_function, value_unit};
 use crate::diagnose::selection::decision::log_posterior;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
@@ -288,6 +288,7 @@ fn nearest(problem: &Problem, selection: &Selection) -> Vec<String> {
     let all = selection.path.iter().chain(&selection.singles);
     let mut of_library: Vec<(&FittedModel, &str)> = all
         .filter_map(|m| Some((m, effect_of_library(problem, m)?)))
+        .filter(|(_, id)| !is_unknown_function(id))
         .collect();
     // Evidence compares what is not down to the noise once that is what nobody modelled.
     of_library.sort_by(|a, b| match selection.is_incomplete {
