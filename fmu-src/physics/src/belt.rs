@@ -95,57 +95,34 @@ impl Inputs {
         }
     }
 
+    /// Value at `since` and rate of each input.
+    fn lines(&self) -> [(Real, Real); 4] {
+        [
+            (self.belt_velocity, self.belt_acceleration),
+            (self.normal_force, self.normal_force_rate),
+            (self.external_force, self.external_force_rate),
+            (self.clamp_acceleration, self.clamp_acceleration_rate),
+        ]
+    }
+
     /// Whether these inputs, stated from a later time on, are `later`: constants the same, lines the same
     /// but for the rounding of whoever stated them again.
     pub fn go_on_as(&self, later: &Self) -> bool {
-        let t = later.since;
-        let now = self.from(t);
-        let lines = [
-            (
-                now.belt_velocity,
-                now.belt_acceleration,
-                later.belt_velocity,
-                later.belt_acceleration,
-            ),
-            (
-                now.normal_force,
-                now.normal_force_rate,
-                later.normal_force,
-                later.normal_force_rate,
-            ),
-            (
-                now.external_force,
-                now.external_force_rate,
-                later.external_force,
-                later.external_force_rate,
-            ),
-            (
-                now.clamp_acceleration,
-                now.clamp_acceleration_rate,
-                later.clamp_acceleration,
-                later.clamp_acceleration_rate,
-            ),
-        ];
-        lines.iter().all(|(value, rate, of_later, rate_of_later)| {
+        let now = self.from(later.since).lines();
+        let mut both = now.into_iter().zip(later.lines());
+        both.all(|((value, rate), (of_later, rate_of_later))| {
             // Of a constant not even rounding may get lost.
-            let rounding = match *rate == 0.0 {
+            let rounding = match rate == 0.0 {
                 true => ZERO,
-                false => ROUNDING * (value.abs() + (*rate * t).abs()),
+                false => ROUNDING * (value.abs() + (rate * later.since).abs()),
             };
-            rate == rate_of_later && (*value - *of_later).abs() <= rounding
+            rate == rate_of_later && (value - of_later).abs() <= rounding
         })
     }
 
     /// Whether nothing varies in time.
     pub fn are_steady(&self) -> bool {
-        [
-            self.belt_acceleration,
-            self.normal_force_rate,
-            self.external_force_rate,
-            self.clamp_acceleration_rate,
-        ]
-        .iter()
-        .all(|rate| *rate == 0.0)
+        self.lines().iter().all(|(_, rate)| *rate == 0.0)
     }
 
     /// Checks the values.
