@@ -41,7 +41,7 @@ pub use bars::Bars;
 pub use colour::Colour;
 pub use drawn::Drawn;
 pub use matrix::Matrix;
-pub use number::{number, with_unit};
+pub use number::{number, percent, with_unit};
 pub use page::{Figure, Page};
 pub use plot::Plot;
 pub use plotly_script::{figure_script, plotly_script};

@@ -21,6 +21,14 @@ pub fn number(value: f64, digits: usize) -> String {
     }
 }
 
+/// A share in percent: `2.35 %`, and with two digits where two decimals would leave less: `0.012 %`.
+pub fn percent(share: f64) -> String {
+    match 100.0 * share {
+        small if small.abs() < 0.1 => format!("{} %", number(small, 2)),
+        value => format!("{value:.2} %"),
+    }
+}
+
 /// `value` of an SI `unit` with three digits and a prefix: `1.23 mm`. Units of 1 get no prefix.
 pub fn with_unit(value: f64, unit: &str) -> String {
     if unit == "1" || unit.is_empty() {

@@ -36,18 +36,6 @@ pub struct CurveEstimate {
     pub most_probable: Smoothness,
 }
 
-impl CurveEstimate {
-    /// Standard deviation of what all values are off by together: the root of their least covariance.
-    pub fn common_std(&self) -> f64 {
-        let least = self
-            .covariance
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
-        least.max(0.0).sqrt()
-    }
-}
-
 /// The curve of an unknown function; `None` where the fit has no covariance.
 pub fn curve_estimate(
     problem: &Problem,

@@ -1,8 +1,9 @@
 //! What shape a curve has, in words: flat, rising, falling, even, odd, with a threshold, saturating.
 
 use crate::metric::half_width;
+use nalgebra::{DMatrix, DVector};
 
-/// Nodes of which the value is uncertain by more than this share of the curve's span don't count.
+/// Nodes of which the value, counted from the mean of all, is uncertain by more than this share of the curve's span don't count.
 const UNCERTAIN: f64 = 0.5;
 /// Standard deviations by which two values must differ to be different.
 const DIFFERENT: f64 = 2.0;
@@ -18,66 +19,130 @@ const SIDE: f64 = 0.25;
 /// How the words for a curve without a certain change begin.
 const NO_CHANGE: &str = "is flat within its uncertainty";
 
-/// Whether words of [`shape`] say that nothing of a curve is certain to change.
+/// Whether words of [`Nodes::shape`] say that nothing of a curve is certain to change.
 pub fn is_flat(shape: &str) -> bool {
     shape.starts_with(NO_CHANGE)
 }
 
-/// The shape of a curve given as argument, value and standard deviation, with the unit of its values, as the end of a sentence that
-/// begins with "the curve".
-///
-/// `common` is the standard deviation of what all values are off by together, as the level of a curve where a constant of each run
-/// takes it up; the values' own come to it.
-pub fn shape(curve: &[[f64; 3]], common: f64, unit: &str) -> String {
-    let values = |list: &[[f64; 3]]| {
-        let of = list.iter().map(|c| c[1]);
-        of.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(v), h.max(v))
-        })
-    };
-    if let Some(constant) = constant(curve, common, unit) {
-        return constant;
+/// A curve through nodes of which the errors go together.
+#[derive(Clone, Copy)]
+pub struct Nodes<'a> {
+    /// Argument at each node.
+    pub at: &'a [f64],
+    /// Value at each node.
+    pub values: &'a DVector<f64>,
+    /// Covariance of the values. What a constant of the model takes up, as the level of a curve, is in it as what all are off by.
+    pub covariance: &'a DMatrix<f64>,
+}
+
+impl Nodes<'_> {
+    /// A weighted sum of the values, with its standard deviation.
+    fn sum(&self, weights: &DVector<f64>) -> (f64, f64) {
+        let variance = weights.dot(&(self.covariance * weights));
+        (weights.dot(self.values), variance.max(0.0).sqrt())
     }
-    let (low, high) = values(curve);
-    let known: Vec<[f64; 3]> = curve
-        .iter()
-        .copied()
-        .filter(|c| c[2] < UNCERTAIN * (high - low))
-        .collect();
-    if known.len() < 3 {
-        return "is not determined well enough to name a shape".to_owned();
+
+    /// The mean over the nodes that are chosen, as weights; zero where none is.
+    fn mean(&self, chosen: &dyn Fn(usize) -> bool) -> DVector<f64> {
+        let count = (0..self.at.len()).filter(|i| chosen(*i)).count();
+        let weight = |i: usize| f64::from(u8::from(chosen(i))) / count.max(1) as f64;
+        DVector::from_fn(self.at.len(), |i, _| weight(i))
     }
-    let value = |v: f64| with_unit(v, unit);
-    let (from, to) = (known[0][1], known[known.len() - 1][1]);
-    let course = match direction(&known) {
-        Some(sign) => {
-            let verb = if sign > 0.0 { "rises" } else { "falls" };
-            format!(
-                "{verb} from {} to {}{}",
-                value(from),
-                value(to),
-                bend(&known)
-            )
+
+    /// How far value `j` lies above value `i`, with its standard deviation.
+    fn rise(&self, i: usize, j: usize) -> (f64, f64) {
+        let one = |k: usize| self.mean(&|other| other == k);
+        self.sum(&(one(j) - one(i)))
+    }
+
+    /// How far the values at positive arguments lie above those at negative ones on average, with the standard deviation;
+    /// `None` where zero is not passed, or the difference is less than certain.
+    pub fn difference_of_sides(&self) -> Option<(f64, f64)> {
+        let (above, below) = (|i: usize| self.at[i] > 0.0, |i: usize| self.at[i] < 0.0);
+        let has = |chosen: &dyn Fn(usize) -> bool| (0..self.at.len()).any(chosen);
+        let (difference, std) = self.sum(&(self.mean(&above) - self.mean(&below)));
+        let is_certain = has(&above) && has(&below) && difference.abs() > DIFFERENT * std;
+        is_certain.then_some((difference, std))
+    }
+
+    /// The shape, with the unit of the values, as the end of a sentence that begins with "the curve".
+    pub fn shape(&self, unit: &str) -> String {
+        let value = |v: f64| with_unit(v, unit);
+        let all = self.mean(&|_| true);
+        if !self.changes(&(0..self.at.len()).collect::<Vec<_>>()) {
+            let (mean, std) = self.sum(&all);
+            return format!(
+                "{NO_CHANGE}: {} +- {} (95 %)",
+                value(mean),
+                value(half_width(std))
+            );
         }
-        None => {
-            let by = |a: &&[f64; 3], b: &&[f64; 3]| a[1].total_cmp(&b[1]);
-            let least = known.iter().min_by(by).expect("three nodes");
-            let most = known.iter().max_by(by).expect("three nodes");
-            format!(
-                "has its least value {} at {:.2e} and its largest {} at {:.2e}{}",
-                value(least[1]),
-                least[0],
-                value(most[1]),
-                most[0],
-                flat_part(&known).map_or(String::new(), |(a, b)| format!(
-                    ", and is flat from {a:.2e} to {b:.2e}"
-                ))
-            )
+        let span = self.values.max() - self.values.min();
+        let own = |i: usize| self.sum(&(self.mean(&|other| other == i) - &all)).1;
+        let known: Vec<usize> = (0..self.at.len())
+            .filter(|&i| own(i) < UNCERTAIN * span)
+            .collect();
+        if known.len() < 3 || !self.changes(&known) {
+            return "is not determined well enough to name a shape".to_owned();
         }
-    };
-    match symmetry(&known) {
-        Some(word) => format!("is {word} about zero: it {course}"),
-        None => course,
+        let points: Vec<[f64; 2]> = known
+            .iter()
+            .map(|&i| [self.at[i], self.values[i]])
+            .collect();
+        let course = match self.direction(&known) {
+            Some(sign) => {
+                let verb = if sign > 0.0 { "rises" } else { "falls" };
+                let (from, to) = (points[0][1], points[points.len() - 1][1]);
+                format!(
+                    "{verb} from {} to {}{}",
+                    value(from),
+                    value(to),
+                    bend(&points)
+                )
+            }
+            None => {
+                let by = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
+                let least = points.iter().min_by(by).expect("three nodes");
+                let most = points.iter().max_by(by).expect("three nodes");
+                format!(
+                    "has its least value {} at {:.2e} and its largest {} at {:.2e}{}",
+                    value(least[1]),
+                    least[0],
+                    value(most[1]),
+                    most[0],
+                    flat_part(&points).map_or(String::new(), |(a, b)| format!(
+                        ", and is flat from {a:.2e} to {b:.2e}"
+                    ))
+                )
+            }
+        };
+        match symmetry(&points) {
+            Some(word) => format!("is {word} about zero: it {course}"),
+            None => course,
+        }
+    }
+
+    /// Whether any two of these values are different.
+    fn changes(&self, of: &[usize]) -> bool {
+        let differ = |(i, j): (usize, usize)| {
+            let (rise, std) = self.rise(i, j);
+            rise.abs() > DIFFERENT * std
+        };
+        let pairs = of.iter().enumerate();
+        pairs
+            .flat_map(|(k, &i)| of[k + 1..].iter().map(move |&j| (i, j)))
+            .any(differ)
+    }
+
+    /// 1 where no value is lower than an earlier one for certain, -1 where none is higher, else `None`.
+    fn direction(&self, known: &[usize]) -> Option<f64> {
+        let goes = |sign: f64| {
+            known.iter().enumerate().all(|(k, &i)| {
+                let mut later = known[k + 1..].iter().map(|&j| self.rise(i, j));
+                later.all(|(rise, std)| sign * rise > -DIFFERENT * std)
+            })
+        };
+        [1.0, -1.0].into_iter().find(|sign| goes(*sign))
     }
 }
 
@@ -90,46 +155,14 @@ fn with_unit(value: f64, unit: &str) -> String {
     }
 }
 
-/// The words for a curve of which no two values are different.
-fn constant(curve: &[[f64; 3]], common: f64, unit: &str) -> Option<String> {
-    let pairs = || curve.iter().enumerate();
-    let differ = |a: &[f64; 3], b: &[f64; 3]| (a[1] - b[1]).abs() > DIFFERENT * a[2].hypot(b[2]);
-    if pairs().any(|(i, a)| curve[i + 1..].iter().any(|b| differ(a, b))) {
-        return None;
-    }
-    let count = curve.len() as f64;
-    let mean = curve.iter().map(|c| c[1]).sum::<f64>() / count;
-    // The nodes' errors go together, so that their mean is no better than one of them.
-    let std = curve.iter().map(|c| c[2]).sum::<f64>() / count;
-    let std = std.hypot(common);
-    Some(format!(
-        "{NO_CHANGE}: {} +- {} (95 %)",
-        with_unit(mean, unit),
-        with_unit(half_width(std), unit)
-    ))
-}
-
-/// 1 where no value is lower than an earlier one for certain, -1 where none is higher, else `None`.
-fn direction(known: &[[f64; 3]]) -> Option<f64> {
-    let goes = |sign: f64| {
-        known.iter().enumerate().all(|(i, a)| {
-            let later = known[i + 1..].iter();
-            later
-                .map(|b| (sign * (b[1] - a[1]), DIFFERENT * a[2].hypot(b[2])))
-                .all(|(rise, certain)| rise > -certain)
-        })
-    };
-    [1.0, -1.0].into_iter().find(|sign| goes(*sign))
-}
-
 /// Slopes between neighbours.
-fn slopes(known: &[[f64; 3]]) -> Vec<f64> {
-    let slope = |p: &[[f64; 3]]| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0]);
+fn slopes(known: &[[f64; 2]]) -> Vec<f64> {
+    let slope = |p: &[[f64; 2]]| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0]);
     known.windows(2).map(slope).collect()
 }
 
 /// Where the longest flat stretch begins and ends, if it covers enough.
-fn flat_part(known: &[[f64; 3]]) -> Option<(f64, f64)> {
+fn flat_part(known: &[[f64; 2]]) -> Option<(f64, f64)> {
     let slopes = slopes(known);
     let steepest = slopes.iter().fold(0.0f64, |m, s| m.max(s.abs()));
     let range = known[known.len() - 1][0] - known[0][0];
@@ -147,7 +180,7 @@ fn flat_part(known: &[[f64; 3]]) -> Option<(f64, f64)> {
 }
 
 /// How a curve that only rises or only falls bends.
-fn bend(known: &[[f64; 3]]) -> String {
+fn bend(known: &[[f64; 2]]) -> String {
     let (begin, end) = (known[0][0], known[known.len() - 1][0]);
     let slopes = slopes(known);
     let (first, last) = (slopes[0].abs(), slopes[slopes.len() - 1].abs());
@@ -162,7 +195,7 @@ fn bend(known: &[[f64; 3]]) -> String {
 }
 
 /// Whether the curve is even or odd about zero, up to its value there, where it covers both sides.
-fn symmetry(known: &[[f64; 3]]) -> Option<&'static str> {
+fn symmetry(known: &[[f64; 2]]) -> Option<&'static str> {
     let (low, high) = (known[0][0], known[known.len() - 1][0]);
     let reach = (-low).min(high);
     if reach < SIDE * (high - low) {
@@ -195,12 +228,58 @@ fn symmetry(known: &[[f64; 3]]) -> Option<&'static str> {
 mod tests {
     use super::*;
 
+    /// The shape of a curve given as argument, value and standard deviation, independent but for what all are off by together.
+    fn shape(curve: &[[f64; 3]], common: f64, unit: &str) -> String {
+        with_nodes(curve, common, |nodes| nodes.shape(unit))
+    }
+
+    fn with_nodes<T>(curve: &[[f64; 3]], common: f64, then: impl Fn(Nodes) -> T) -> T {
+        let at: Vec<f64> = curve.iter().map(|c| c[0]).collect();
+        let n = curve.len();
+        let values = DVector::from_fn(n, |i, _| curve[i][1]);
+        let own = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| curve[i][2].powi(2)));
+        let covariance = own.add_scalar(common * common);
+        then(Nodes {
+            at: &at,
+            values: &values,
+            covariance: &covariance,
+        })
+    }
+
     fn of(f: &dyn Fn(f64) -> f64, from: f64, to: f64, std: f64) -> String {
         let node = |i: i32| {
             let x = from + (to - from) * f64::from(i) / 7.0;
             [x, f(x), std]
         };
         shape(&(0..8).map(node).collect::<Vec<_>>(), 0.0, "1")
+    }
+
+    #[test]
+    fn what_is_certain_of_a_difference_is_told_though_each_value_is_not() {
+        // A level and an even part that nobody knows, on an odd part that is known.
+        let at = [-2.0, -1.0, 1.0, 2.0];
+        let values = DVector::from_row_slice(&[-0.2, -0.25, -0.45, -0.5]);
+        let even = DVector::from_row_slice(&[0.3, 0.1, 0.1, 0.3]);
+        let covariance =
+            (&even * even.transpose()).add_scalar(0.09) + DMatrix::identity(4, 4) * 1e-4;
+        let nodes = Nodes {
+            at: &at,
+            values: &values,
+            covariance: &covariance,
+        };
+        assert!(!is_flat(&nodes.shape("1")), "{}", nodes.shape("1"));
+        let (difference, std) = nodes.difference_of_sides().unwrap();
+        approx::assert_abs_diff_eq!(difference, -0.25, epsilon = 1e-12);
+        // Two means of two values each, with errors of 0.01.
+        approx::assert_abs_diff_eq!(std, 0.01, epsilon = 1e-9);
+        let one_side = with_nodes(&[[1.0, 0.0, 0.1], [2.0, 9.0, 0.1]], 0.0, |nodes| {
+            nodes.difference_of_sides()
+        });
+        assert!(one_side.is_none());
+        let alike = with_nodes(&[[-1.0, 0.0, 0.1], [1.0, 0.1, 0.1]], 0.0, |nodes| {
+            nodes.difference_of_sides()
+        });
+        assert!(alike.is_none());
     }
 
     #[test]
@@ -211,13 +290,13 @@ mod tests {
         assert!(right(&|x| (x - 3.0).powi(2), 0.01).contains("least value 0.00e0 at 3.00e0"));
         assert_eq!(
             right(&|x| 0.01 * x, 0.1),
-            "is flat within its uncertainty: 3.50e-2 +- 1.96e-1 (95 %)"
+            "is flat within its uncertainty: 3.50e-2 +- 6.93e-2 (95 %)"
         );
         // What all are off by together says nothing of the shape.
         let level = [[0.0, 0.2, 0.1], [1.0, 0.1, 0.1], [2.0, 0.3, 0.1]];
         assert_eq!(
             shape(&level, 1.0, "m"),
-            "is flat within its uncertainty: 2.00e-1 m +- 1.97e0 m (95 %)"
+            "is flat within its uncertainty: 2.00e-1 m +- 1.96e0 m (95 %)"
         );
         // Each step is less than its uncertainty, the whole is not.
         assert!(right(&|x| x, 0.9).starts_with("rises from"));

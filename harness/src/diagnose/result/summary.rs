@@ -1,5 +1,6 @@
 //! A diagnosis in words: the summary, and remarks on the data.
 
+use super::beyond_catalogue::{argument_in_words, place_in_words};
 use crate::diagnose::data::break_away::BreakAways;
 use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::explanation::proposed_term::ProposedTerm;
@@ -15,7 +16,7 @@ use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
 use crate::fmu::effect_card::EffectCard;
-use crate::report::number;
+use crate::report::{number, percent};
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.
 pub(crate) fn remarks(
@@ -110,10 +111,10 @@ pub(crate) fn remarks(
             .map(|card| format!("{} ({})", card.id, card.title))
             .collect();
         out.push(format!(
-            "Something small is missing beside what is named: {} takes the error on the runs fitted from {:.2} % to {:.2} %; `try --add` adds it.",
+            "Something small is missing beside what is named: {} takes the error on the runs fitted from {} to {}; `try --add` adds it.",
             beyond.join(" and "),
-            100.0 * named.fit.nrmse,
-            100.0 * more.fit.nrmse
+            percent(named.fit.nrmse),
+            percent(more.fit.nrmse)
         ));
     }
     if let (Some(next), false) = (selection.untried.first(), selection.stopped) {
@@ -172,19 +173,25 @@ fn helps(problem: &Problem, ladder: &[Rung]) -> String {
     let titled = |rung: &Rung| {
         let id = rung.step.trim_start_matches("+ ");
         let card = problem.catalogue.iter().find(|c| c.id == id);
-        match card {
-            Some(card) => format!("{id} ({})", card.title),
-            None => id.to_owned(),
+        let curve = problem.unknown_functions.iter().find(|f| f.id == id);
+        match (curve, card) {
+            (Some(curve), _) => format!(
+                "{id} (an unknown function of {} that acts on {})",
+                argument_in_words(curve.argument),
+                place_in_words(curve.place)
+            ),
+            (None, Some(card)) => format!("{id} ({})", card.title),
+            (None, None) => id.to_owned(),
         }
     };
     let names: Vec<String> = effects.iter().map(titled).collect();
     format!(
-        " {} of it is explained by {}: the error on what was kept out falls by {:.0} %, from {:.2} % to {:.2} % ({}). {:.1} times the sensor noise remains: something else is missing too.",
+        " {} of it is explained by {}: the error on what was kept out falls by {:.0} %, from {} to {} ({}). {:.1} times the sensor noise remains: something else is missing too.",
         if overall >= 0.5 { "Most" } else { "Part" },
         names.join(" and "),
         100.0 * overall,
-        100.0 * calibrated.holdout_nrmse,
-        100.0 * last.holdout_nrmse,
+        percent(calibrated.holdout_nrmse),
+        percent(last.holdout_nrmse),
         falls_by_run(problem, calibrated, last),
         last.holdout_over_noise
     )
@@ -274,7 +281,6 @@ pub(crate) fn words(
     let by_hand = selection.tried_by_hand(problem);
     let last = ladder.last().expect("the ladder has its first rung");
     let calibrated = &ladder[1.min(ladder.len() - 1)];
-    let percent = |v: f64| format!("{:.2} %", 100.0 * v);
     match verdict {
         Verdict::EffectFound => {
             let names: Vec<String> = effects
@@ -408,9 +414,9 @@ pub(crate) fn words(
 /// That the data ask for a curve for which there is no short formula.
 fn curve_words(calibrated: &Rung, last: &Rung) -> String {
     format!(
-        "Something outside the catalogue is missing: no named effect removes the misfit, but an unknown function of one quantity does. With it the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise; unknown.toml is ready for `pack --effect` and `try`.",
-        100.0 * calibrated.holdout_nrmse,
-        100.0 * last.holdout_nrmse,
+        "Something outside the catalogue is missing: no named effect removes the misfit, but an unknown function of one quantity does. With it the error on runs kept out of the fit falls from {} to {}, {:.2} times the sensor noise; unknown.toml is ready for `pack --effect` and `try`.",
+        percent(calibrated.holdout_nrmse),
+        percent(last.holdout_nrmse),
         last.holdout_over_noise
     )
 }
@@ -499,10 +505,10 @@ fn beyond_words(beyond: &Beyond, parts: &Parts, calibrated: &Rung, last: &Rung) 
     };
     let ready = if parts.files.len() == 1 { "is" } else { "are" };
     format!(
-        "Something outside the catalogue is missing: {compared}: {}. With {it} the error on runs kept out of the fit falls from {:.2} % to {:.2} %, {:.2} times the sensor noise. {are_leads}: {} {ready} ready for `pack --effect` and `try`.",
+        "Something outside the catalogue is missing: {compared}: {}. With {it} the error on runs kept out of the fit falls from {} to {}, {:.2} times the sensor noise. {are_leads}: {} {ready} ready for `pack --effect` and `try`.",
         parts.beyond.join("; and "),
-        100.0 * calibrated.holdout_nrmse,
-        100.0 * last.holdout_nrmse,
+        percent(calibrated.holdout_nrmse),
+        percent(last.holdout_nrmse),
         last.holdout_over_noise,
         parts.files.join(" and ")
     )

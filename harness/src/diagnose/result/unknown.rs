@@ -5,7 +5,7 @@ use super::beyond_catalogue::{
     place_in_words,
 };
 use super::hysteresis::{Loop, hysteresis};
-use super::shape::{is_flat, shape};
+use super::shape::{Nodes, is_flat};
 use crate::diagnose::estimation::curve_estimate::CurveEstimate;
 use crate::diagnose::explanation::argument::course;
 use crate::diagnose::explanation::library_term::proposal;
@@ -17,6 +17,7 @@ use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::{SEARCHED, TIE};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
+use crate::metric::half_width;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -194,6 +195,9 @@ fn same_motion(problem: &Problem, acting: &Acting) -> Option<Acting> {
 struct Shown {
     curve: Vec<[f64; 3]>,
     shape: String,
+    /// How far a factor on friction lies higher in forward than in backward motion of the tip, with the standard deviation, where that
+    /// is certain.
+    direction: Option<(f64, f64)>,
     hysteresis: Option<Loop>,
     samples: Vec<[f64; 3]>,
     file: Option<String>,
@@ -207,18 +211,23 @@ impl Shown {
         estimate: &CurveEstimate,
     ) -> Self {
         let curve = curve(of, estimate);
-        let common = estimate.common_std();
-        let own =
-            |[at, value, std]: [f64; 3]| [at, value, (std * std - common * common).max(0.0).sqrt()];
-        let apart: Vec<[f64; 3]> = curve.iter().copied().map(own).collect();
         let memory_s = memory(problem, candidate).map(|m| m.value);
         let values: Vec<f64> = curve.iter().map(|c| c[1]).collect();
+        let nodes = Nodes {
+            at: &of.at,
+            values: &estimate.values,
+            covariance: &estimate.covariance,
+        };
         let hysteresis = memory_s.filter(|tau| *tau > 0.0).and_then(|tau| {
             let units = (of.value_unit(), of.argument_unit);
             hysteresis(problem, of.argument, tau, &curve, units)
         });
         Self {
-            shape: shape(&apart, common, of.value_unit()),
+            shape: nodes.shape(of.value_unit()),
+            direction: match (of.place, of.argument) {
+                ("friction" | "normal_force", "w_dot") => nodes.difference_of_sides(),
+                _ => None,
+            },
             hysteresis,
             samples: samples(problem, of.argument, memory_s, &curve),
             curve,
@@ -333,12 +342,23 @@ fn in_words(said: &Said) -> String {
         .map_or(String::new(), |mode| format!(" (of mode {mode} alone)"));
     let acts = format!("acts on {place}{mode} and depends on {argument}{memory}");
     let shape = &said.shown.shape;
+    let direction = said.shown.direction.map_or(String::new(), in_direction);
+    let same = match (said.has_same_motion, said.acting.target.as_str()) {
+        (false, _) => String::new(),
+        (true, "friction") => format!(" {OR_LOAD}: {WHICH}"),
+        (true, _) => format!(" {OR_FRICTION}: {WHICH}"),
+    };
     let by = said
         .effect
         .map_or(String::new(), |id| format!(", as {id} does"));
     if !said.is_adequate {
+        let shape = match shape.as_str() {
+            "" => String::new(),
+            flat if is_flat(flat) => String::new(),
+            shape => format!("; its curve {shape}"),
+        };
         return format!(
-            "Nothing that was tried beyond the catalogue explains the data to the noise either; what comes nearest {acts}{by}."
+            "Nothing that was tried beyond the catalogue explains the data to the noise either; what comes nearest {acts}{by}{shape}.{direction}{same}"
         );
     }
     if said.effect.is_none() && is_flat(shape) {
@@ -360,18 +380,21 @@ fn in_words(said: &Said) -> String {
         });
     match said.is_one_of_several {
         true => format!(
-            "Of these, {} {acts}{shape}.{looped}",
+            "Of these, {} {acts}{shape}.{direction}{looped}",
             said.effect.unwrap_or("the curve")
         ),
-        false => {
-            let same = match (said.has_same_motion, said.acting.target.as_str()) {
-                (false, _) => String::new(),
-                (true, "friction") => format!(" {OR_LOAD}: {WHICH}"),
-                (true, _) => format!(" {OR_FRICTION}: {WHICH}"),
-            };
-            format!("Most likely it {acts}{by}{shape}.{looped}{same}")
-        }
+        false => format!("Most likely it {acts}{by}{shape}.{direction}{looped}{same}"),
     }
+}
+
+/// That a factor on friction depends on the direction of motion, from how far it lies higher in forward motion.
+fn in_direction((difference, std): (f64, f64)) -> String {
+    let less = if difference > 0.0 { "more" } else { "less" };
+    format!(
+        " It depends on the direction: in forward motion the factor is {less} by {:.3} +- {:.3} (95 %) on average than in backward motion.",
+        difference.abs(),
+        half_width(std)
+    )
 }
 
 /// Which share of the samples of the runs fitted lies in each of [`INTERVALS`] equal intervals over the curve: from, to, share.
@@ -405,6 +428,7 @@ fn samples(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
 
     #[test]
     fn a_flat_curve_is_no_lead() {
@@ -413,8 +437,16 @@ mod tests {
             argument: "time".to_owned(),
         };
         let of = |curve: [[f64; 3]; 3], effect: Option<&str>| {
+            let nodes = Nodes {
+                at: &curve.map(|c| c[0]),
+                values: &DVector::from_row_slice(&curve.map(|c| c[1])),
+                covariance: &DMatrix::from_diagonal(&DVector::from_row_slice(
+                    &curve.map(|c| c[2] * c[2]),
+                )),
+            };
             let shown = Shown {
-                shape: shape(&curve, 0.0, "1"),
+                shape: nodes.shape("1"),
+                direction: nodes.difference_of_sides(),
                 ..Shown::default()
             };
             in_words(&Said {
@@ -441,5 +473,12 @@ mod tests {
         assert!(words.starts_with("Most likely it acts on the coefficient of friction"));
         assert!(words.contains("the curve rises from"), "{words}");
         assert!(words.contains("load cell under the holder"), "{words}");
+        assert!(!words.contains("direction"), "{words}");
+        let words = of(
+            [[-1.0, 0.3, 0.02], [0.1, 0.2, 0.02], [1.0, 0.1, 0.02]],
+            None,
+        );
+        let direction = "in forward motion the factor is less by 0.150 +- 0.048 (95 %) on average";
+        assert!(words.contains(direction), "{words}");
     }
 }

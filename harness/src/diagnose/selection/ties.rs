@@ -5,6 +5,7 @@ use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::select::Selection;
 use crate::diagnose::thresholds::FLOOR_MEDIAN;
 pub use crate::diagnose::thresholds::TIE;
+use crate::report::percent;
 
 /// The others with as many effects as the hypothesis at the end of the path that explain the data as well.
 fn alike(selection: &Selection) -> impl Iterator<Item = &FittedModel> {
@@ -104,7 +105,7 @@ pub fn others(problem: &Problem, selection: &Selection) -> String {
 fn beside(problem: &Problem, best: &FittedModel, other: &FittedModel) -> String {
     let kept_out = match &other.holdout {
         Some(h) if h.nrmse.is_finite() => {
-            format!(", {:.2} % on runs kept out", 100.0 * h.nrmse)
+            format!(", {} on runs kept out", percent(h.nrmse))
         }
         _ => String::new(),
     };

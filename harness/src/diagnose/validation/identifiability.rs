@@ -7,6 +7,7 @@
 //! model, so a curved valley is seen at its bottom only.
 
 use crate::diagnose::estimation::fit::FittedHypothesis;
+use crate::diagnose::model::unknown_function::is_unknown_function;
 use nalgebra::DMatrix;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -76,9 +77,31 @@ fn directions(scaled: DMatrix<f64>, names: &[&str]) -> Vec<Undetermined> {
     found
 }
 
-/// The directions in words; `None` where the data determine all.
+/// What a constant is called in words: the latent values of an unknown function are its curve.
+fn called(name: &str) -> String {
+    match name.split_once('.') {
+        Some((id, _)) if is_unknown_function(id) => format!("the curve {id}"),
+        _ => name.to_owned(),
+    }
+}
+
+/// The directions in words; `None` where the data determine all. What the data leave of a curve alone is in the curve's own
+/// standard deviations.
 pub fn in_words(found: &[Undetermined]) -> Option<String> {
-    let told: Vec<&str> = found.iter().map(|u| u.statement.as_str()).collect();
+    let mut told: Vec<String> = Vec::new();
+    for undetermined in found {
+        let mut names: Vec<String> = undetermined.parameters.iter().map(|n| called(n)).collect();
+        names.dedup();
+        let is_curve = |name: &String| name.starts_with("the curve ");
+        let statement = match names.as_slice() {
+            all if all.iter().all(is_curve) => continue,
+            [one] => format!("{one} is not determined"),
+            many => format!("{} act only together", many.join(", ")),
+        };
+        if !told.contains(&statement) {
+            told.push(statement);
+        }
+    }
     (!told.is_empty()).then(|| {
         format!(
             "The data leave more than half of what was believed before: {}. These values are those believed, not measured.",
@@ -104,5 +127,22 @@ mod tests {
         assert!((found[0].variance_left - 1.0).abs() < 1e-9);
         assert!(in_words(&found).unwrap().contains("a, b act only together"));
         assert_eq!(in_words(&[]), None);
+    }
+
+    #[test]
+    fn a_curve_is_named_as_one_and_what_is_left_of_it_alone_is_not_told() {
+        let of = |names: &[&str]| Undetermined {
+            parameters: names.iter().map(|n| (*n).to_owned()).collect(),
+            statement: String::new(),
+            combination: BTreeMap::new(),
+            variance_left: 0.9,
+        };
+        let curve = ["term_unknown_belt_time.z_1", "term_unknown_belt_time.z_4"];
+        assert_eq!(in_words(&[of(&curve)]), None);
+        let level = of(&["friction.mu_0", curve[0], curve[1]]);
+        let told = in_words(&[level.clone(), of(&curve), level]).unwrap();
+        let once =
+            "before: friction.mu_0, the curve term_unknown_belt_time act only together. These";
+        assert!(told.contains(once), "{told}");
     }
 }
