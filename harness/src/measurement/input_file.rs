@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::table::Table;
 use super::unit::{Name, Quantity};
-use super::{InputSeries, InputTrack, Interpolation, REFINEMENT, Sampling};
+use super::{InputSeries, InputTrack, Interpolation, Sampling};
 use crate::error::Error;
 use crate::wording::nearest;
 
@@ -103,9 +103,7 @@ pub fn read_inputs(
         let series = InputSeries {
             column: full,
             values,
-            interpolation: chosen,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: chosen.into(),
         };
         tracks.push((name, InputTrack::of(&series, &time, least)));
     }

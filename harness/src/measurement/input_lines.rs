@@ -1,6 +1,6 @@
 //! An input as straight lines over several samples each.
 
-use super::inputs::{InputSeries, InputTrack, Interpolation, REFINEMENT};
+use super::inputs::{Between, InputSeries, InputTrack, REFINEMENT};
 
 /// The continuous function that is nearest to an input in the least-squares sense among those that are straight from each `samples`-th
 /// sample to the next.
@@ -54,24 +54,21 @@ pub fn on_lines(series: &InputSeries, time: &[f64], samples: usize) -> InputSeri
     InputSeries {
         column: series.column.clone(),
         values: (0..=last).map(at).collect(),
-        interpolation: Interpolation::Linear,
-        refinement: series.refinement,
-        samples_of_a_line: samples,
+        between: Between::Linear(samples),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measurement::Interpolation;
 
     fn series(interpolation: Interpolation, of: impl Fn(f64) -> f64) -> (InputSeries, Vec<f64>) {
         let time: Vec<f64> = (0..203).map(|k| 1.0 + 0.5 * f64::from(k)).collect();
         let series = InputSeries {
             column: "u".into(),
             values: time.iter().map(|t| of(*t)).collect(),
-            interpolation,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: interpolation.into(),
         };
         (series, time)
     }

@@ -62,11 +62,39 @@ pub struct InputSeries {
     /// Its values in SI units at the run's times.
     pub values: Vec<f64>,
     /// What it does between them.
-    pub interpolation: Interpolation,
-    /// Points for each sample, where it is band-limited.
-    pub refinement: usize,
-    /// Samples from one knot to the next, where it is linear: those between lie on the line.
-    pub samples_of_a_line: usize,
+    pub between: Between,
+}
+
+/// What an input does between its samples, with the knots between which it is a straight line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// [`Interpolation::BandLimited`], by so many points for each sample.
+    BandLimited(usize),
+    /// [`Interpolation::Linear`], with so many samples from one knot to the next: those between lie on the line.
+    Linear(usize),
+    /// [`Interpolation::Held`].
+    Held,
+}
+
+impl Between {
+    /// The interpolation that it is.
+    pub fn interpolation(self) -> Interpolation {
+        match self {
+            Self::BandLimited(_) => Interpolation::BandLimited,
+            Self::Linear(_) => Interpolation::Linear,
+            Self::Held => Interpolation::Held,
+        }
+    }
+}
+
+impl From<Interpolation> for Between {
+    fn from(interpolation: Interpolation) -> Self {
+        match interpolation {
+            Interpolation::BandLimited => Self::BandLimited(REFINEMENT),
+            Interpolation::Linear => Self::Linear(1),
+            Interpolation::Held => Self::Held,
+        }
+    }
 }
 
 /// The inputs of a run; those without a series are constant.
@@ -187,17 +215,16 @@ pub struct InputTrack {
 impl InputTrack {
     /// Of a series with samples at `time` in s; a normal force is kept from overshooting below `least`.
     pub fn of(series: &InputSeries, time: &[f64], least: f64) -> Self {
-        let (knots, values) = match series.interpolation {
-            Interpolation::BandLimited => {
-                let values = refine(&series.values, series.refinement);
+        let (knots, values) = match series.between {
+            Between::BandLimited(points) => {
+                let values = refine(&series.values, points);
                 let last = time.len() - 1;
-                let step = (time[last] - time[0]) / (last * series.refinement) as f64;
+                let step = (time[last] - time[0]) / (last * points) as f64;
                 let knots = (0..values.len()).map(|i| time[0] + i as f64 * step);
                 (knots.collect(), values)
             }
-            Interpolation::Linear if series.samples_of_a_line > 1 => {
-                let is_knot =
-                    |k: &usize| k.is_multiple_of(series.samples_of_a_line) || k + 1 == time.len();
+            Between::Linear(samples) if samples > 1 => {
+                let is_knot = |k: &usize| k.is_multiple_of(samples) || k + 1 == time.len();
                 let places = (0..time.len()).filter(is_knot);
                 places.map(|k| (time[k], series.values[k])).unzip()
             }
@@ -206,7 +233,7 @@ impl InputTrack {
         Self {
             knots,
             values: values.into_iter().map(|v| v.max(least)).collect(),
-            held: series.interpolation == Interpolation::Held,
+            held: series.between == Between::Held,
         }
     }
 
@@ -214,14 +241,15 @@ impl InputTrack {
     pub fn within(series: &InputSeries, time: &[f64], range: Range<usize>, least: f64) -> Self {
         let from = range.start.saturating_sub(REACH);
         // The knots of a part are those of the whole.
-        let from = from - from % series.samples_of_a_line;
+        let from = match series.between {
+            Between::Linear(samples) => from - from % samples,
+            _ => from,
+        };
         let past = (range.end + REACH).min(time.len());
         let part = InputSeries {
             column: String::new(),
             values: series.values[from..past].to_vec(),
-            interpolation: series.interpolation,
-            refinement: series.refinement,
-            samples_of_a_line: series.samples_of_a_line,
+            between: series.between,
         };
         let since: Vec<f64> = time[from..past].iter().map(|t| t - time[0]).collect();
         Self::of(&part, &since, least)
@@ -259,9 +287,7 @@ mod tests {
         let series = InputSeries {
             column: "u".into(),
             values: vec![1.0, 3.0, -2.0],
-            interpolation,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: interpolation.into(),
         };
         InputTrack::of(&series, &[0.0, 1.0, 2.0], f64::NEG_INFINITY)
     }
@@ -291,9 +317,7 @@ mod tests {
         let series = InputSeries {
             column: "u".into(),
             values: (0..300).map(wave).collect(),
-            interpolation: Interpolation::BandLimited,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: Interpolation::BandLimited.into(),
         };
         let time: Vec<f64> = (0..300).map(|k| 5.0 + 0.25 * k as f64).collect();
         let since: Vec<f64> = time.iter().map(|t| t - 5.0).collect();
@@ -316,9 +340,7 @@ mod tests {
         let series = InputSeries {
             column: "load".into(),
             values: vec![5.0, 5.0, 0.0, 0.0, 0.0, 5.0, 5.0],
-            interpolation: Interpolation::BandLimited,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: Interpolation::BandLimited.into(),
         };
         let time: Vec<f64> = (0..7).map(f64::from).collect();
         let least = |least: f64| {

@@ -46,7 +46,7 @@ pub use faults::{Fault, FaultKind};
 pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
 pub use input_file::read_inputs;
 pub use input_lines::on_lines;
-pub use inputs::{Excitation, InputSeries, InputSignals, InputTrack, Interpolation, REFINEMENT};
+pub use inputs::{Between, Excitation, InputSeries, InputSignals, InputTrack, Interpolation};
 pub use measurand::{Measurand, NoiseStd};
 pub use noise::{Noise, of_one_sensor};
 pub use sampling::{Gap, Sampling};
@@ -430,9 +430,7 @@ fn input_signals(
         column.map(|(column, values)| InputSeries {
             column,
             values,
-            interpolation,
-            refinement: REFINEMENT,
-            samples_of_a_line: 1,
+            between: interpolation.into(),
         })
     });
     let [

@@ -1,8 +1,7 @@
 //! A run for tests: pushed by a force, sampled every millisecond.
 
 use crate::measurement::{
-    Excitation, InputSeries, InputSignals, Interpolation, Measurand, Noise, REFINEMENT, Run,
-    Sampling,
+    Excitation, InputSeries, InputSignals, Interpolation, Measurand, Noise, Run, Sampling,
 };
 use crate::observer::{Mode, Structure};
 
@@ -12,9 +11,7 @@ pub fn pushed(force: impl Fn(f64) -> f64, belt: Option<fn(f64) -> f64>) -> Run {
     let series = |of: &dyn Fn(f64) -> f64| InputSeries {
         column: "input".into(),
         values: time.iter().map(|t| of(t - 2.0)).collect(),
-        interpolation: Interpolation::Linear,
-        refinement: REFINEMENT,
-        samples_of_a_line: 1,
+        between: Interpolation::Linear.into(),
     };
     Run {
         name: "pushed".into(),

@@ -195,7 +195,7 @@ fn remarks(run: &Run) -> Vec<String> {
         .inputs
         .series()
         .map(|(name, series)| {
-            let (column, between) = (&series.column, series.interpolation.words());
+            let (column, between) = (&series.column, series.between.interpolation().words());
             format!("{name} from column '{column}', {between}")
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Excitations with as few points as the motion needs.
 
 use crate::measurement::{
-    Excitation, InputSeries, InputSignals, Interpolation, Measurand, Run, on_lines,
+    Between, Excitation, InputSeries, InputSignals, Interpolation, Measurand, Run, on_lines,
 };
 use crate::metric::line;
 use crate::observer::Structure;
@@ -67,12 +67,12 @@ fn coarsen_one(
     let lines = LINES
         .iter()
         .map(|samples| on_lines(&stated, &time, *samples));
-    let with_points = |refinement: usize| InputSeries {
-        refinement,
+    let with_points = |points: usize| InputSeries {
+        between: Between::BandLimited(points),
         ..stated.clone()
     };
-    let points = match stated.interpolation {
-        Interpolation::BandLimited => vec![1, 2, 4],
+    let points = match stated.between {
+        Between::BandLimited(_) => vec![1, 2, 4],
         _ => Vec::new(),
     };
     let mut coarse = lines.chain(points.into_iter().map(with_points));
@@ -97,7 +97,6 @@ fn beside_a_line(samples: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::REFINEMENT;
     use crate::smoothing::pushed_run::{pushed, structure};
     use std::f64::consts::PI;
 
@@ -106,20 +105,19 @@ mod tests {
         let coarse = |of: (f64, Interpolation), modes: &[(f64, f64, f64, f64)], noise: f64| {
             let mut run = pushed(|t| (2.0 * PI * of.0 * t).sin(), None);
             let series = run.inputs.external_force.series.as_mut().unwrap();
-            series.interpolation = of.1;
+            series.between = of.1.into();
             coarsen(&structure(modes), &mut run, 0.1, noise);
-            run.inputs.external_force.series.unwrap()
+            run.inputs.external_force.series.unwrap().between
         };
         let points = |modes: &[(f64, f64, f64, f64)], noise: f64| {
-            let found = coarse((180.0, Interpolation::BandLimited), modes, noise);
-            (found.samples_of_a_line, found.refinement)
+            coarse((180.0, Interpolation::BandLimited), modes, noise)
         };
         // The force moves 1 kg by 1/(2 pi 180)^2 m = 0.8 um, at resonance with 1 % of damping by 40 um; with n points it has
         // (pi 0.18/n)^2/3 less: with 4 points 0.14 um less than with 8, root mean square, with 2 points 0.7 um.
-        assert_eq!(points(&[(0.0, 0.0, 1.0, 1.0)], 1e-6), (2, REFINEMENT));
-        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 3e-6), (1, 4));
-        let all = (1, REFINEMENT);
-        assert_eq!(points(&[(180.0, 0.01, 1.0, 1.0)], 1e-9), all);
+        assert_eq!(points(&[(0.0, 0.0, 1.0, 1.0)], 1e-6), Between::Linear(2));
+        let swings = [(180.0, 0.01, 1.0, 1.0)];
+        assert_eq!(points(&swings, 3e-6), Between::BandLimited(4));
+        assert_eq!(points(&swings, 1e-9), Interpolation::BandLimited.into());
         // At 12 Hz it moves 1 kg by 180 um: with lines over eight samples by less than 0.1 um less, not by less than a pm.
         let free = [(0.0, 0.0, 1.0, 1.0)];
         for way in [
@@ -127,16 +125,8 @@ mod tests {
             Interpolation::Linear,
             Interpolation::Held,
         ] {
-            assert_eq!(
-                coarse((12.0, way), &free, 1e-6).samples_of_a_line,
-                8,
-                "{way:?}"
-            );
-            assert_eq!(
-                coarse((12.0, way), &free, 1e-11).samples_of_a_line,
-                1,
-                "{way:?}"
-            );
+            assert_eq!(coarse((12.0, way), &free, 1e-6), Between::Linear(8));
+            assert_eq!(coarse((12.0, way), &free, 1e-11), way.into());
         }
     }
 }
