@@ -112,5 +112,3 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
         runs: vec![check.run(run, &raw.channels)?],
     })
 }
-
-impl Check<'_> {}
