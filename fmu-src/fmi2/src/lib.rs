@@ -16,9 +16,6 @@ mod energy;
 mod exchange;
 mod experiment;
 pub mod exports;
-pub mod exports_exchange;
-pub mod exports_sweep;
-pub mod exports_tangent;
 mod fmu_state;
 mod guard;
 mod instance;
@@ -36,6 +33,3 @@ pub mod types;
 mod values;
 
 pub use exports::*;
-pub use exports_exchange::*;
-pub use exports_sweep::*;
-pub use exports_tangent::*;

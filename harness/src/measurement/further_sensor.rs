@@ -135,7 +135,7 @@ impl FurtherRecord {
         let values = readings.values;
         let read = time.iter().zip(&values).filter(|(_, y)| y.is_finite());
         let (times, read): (Vec<f64>, Vec<f64>) = read.map(|(t, y)| (*t, *y)).unzip();
-        if read.len() < super::FEWEST_SAMPLES {
+        if read.len() < super::run_file::FEWEST_SAMPLES {
             return Ok(None);
         }
         if read.iter().all(|y| *y == read[0]) {

@@ -301,7 +301,7 @@ fn no_rows(path: &Path, lines: &[(u64, &str)]) -> Error {
         _ => Error::TooFewSamples {
             path: path.to_owned(),
             samples: 0,
-            needed: super::FEWEST_SAMPLES,
+            needed: super::run_file::FEWEST_SAMPLES,
         },
     }
 }

@@ -1,6 +1,7 @@
 //! Which channel of a recording is what, and its values in SI units.
 
-use super::super::{FEWEST_SAMPLES, Measurand};
+use super::super::Measurand;
+use super::super::run_file::FEWEST_SAMPLES;
 use super::role::{
     BELT_VELOCITY, CLAMP_ACCELERATION, EXTERNAL_FORCE, NORMAL_FORCE, Role, TIME, measures, role_of,
 };

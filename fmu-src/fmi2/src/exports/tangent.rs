@@ -5,7 +5,7 @@
 //! place of steps. Masters that do not know the functions never see them. Decision: docs/adr/0012-tangents.md.
 //!
 //! # Safety
-//! As [`crate::exports`].
+//! As in [`super`].
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use crate::guard::{slice, slice_mut, with_instance};

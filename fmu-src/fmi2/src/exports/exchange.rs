@@ -1,7 +1,7 @@
 //! The functions of FMI 2.0 for model exchange, as the master calls them.
 //!
 //! # Safety
-//! As in [`crate::exports`].
+//! As in [`super`].
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use crate::guard::{slice, slice_mut, with_instance, writable};

@@ -5,7 +5,7 @@
 //! effects included. Masters that do not know the function never see it. Decision: docs/adr/0010-sweep.md.
 //!
 //! # Safety
-//! As [`crate::exports`].
+//! As in [`super`].
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use crate::guard::{slice, slice_mut, with_instance};
