@@ -13,7 +13,7 @@ use crate::diagnose::model::library::{self, is_library_effect};
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::climb;
-use crate::diagnose::selection::select::follow;
+use crate::diagnose::selection::follow::follow;
 use crate::diagnose::stages;
 use crate::error::Error;
 use crate::measurement::Measurand;

@@ -24,7 +24,7 @@ use crate::command::data_quality;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::Diagnosis;
 use crate::diagnose::result::error_ladder::Step;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::error::Error;
 use crate::measurement::Campaign;
 use crate::provenance::Provenance;

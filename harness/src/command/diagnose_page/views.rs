@@ -8,7 +8,7 @@ use crate::diagnose::explanation::residual::replays;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::result::diagnosis::{Diagnosis, Verdict};
 use crate::diagnose::result::error_ladder::Step;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::error::Error;
 use crate::report::Colour;

@@ -13,7 +13,7 @@ use crate::diagnose::result::summary::{Seen, remarks, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
 use crate::diagnose::selection::fitted_model::is_small;
 use crate::diagnose::selection::full_refit::meets_runs_kept_out;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::ties::rivals;
 use crate::diagnose::validation::forecast::{Forecast, forecasts};
 use crate::diagnose::validation::identifiability::{in_words, undetermined};

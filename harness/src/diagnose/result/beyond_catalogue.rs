@@ -11,7 +11,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::UnknownFunction;
 use crate::diagnose::selection::decision::log_posterior;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 
 /// Where physics acts and what it depends on, as `diagnosis.json` names both.
 #[derive(Debug, Clone, PartialEq)]

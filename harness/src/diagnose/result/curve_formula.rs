@@ -10,8 +10,8 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{FormulaConstant, UnknownFunction};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::screening::Screen;
-use crate::diagnose::selection::select::Selection;
 use crate::error::Error;
 use crate::parallel::parallel;
 

@@ -7,7 +7,7 @@ use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::select::{Contradiction, Selection};
+use crate::diagnose::selection::outcome::{Contradiction, Selection};
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;

@@ -12,7 +12,7 @@ use crate::diagnose::model::profile_values::named_values;
 use crate::diagnose::result::diagnosis::{Evidence, FoundEffect, RunValues};
 use crate::diagnose::result::error_ladder::Step;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::ties::{other_forms, rivals};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
 use crate::error::Error;

@@ -7,7 +7,7 @@ use crate::diagnose::result::diagnosis::{FurtherEffect, Standing, Verdict};
 use crate::diagnose::result::found_constants::is_effect;
 use crate::diagnose::selection::decision::probabilities;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::thresholds::SEARCHED;
 use std::collections::BTreeMap;
 

@@ -10,7 +10,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::select::{Beyond, Contradiction, Selection};
+use crate::diagnose::selection::outcome::{Beyond, Contradiction, Selection};
 use crate::diagnose::selection::ties::others;
 use crate::diagnose::thresholds::{CLAIMED, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;

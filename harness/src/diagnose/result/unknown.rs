@@ -14,7 +14,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::{UnknownFunction, is_unknown_function, value_unit};
 use crate::diagnose::selection::decision::log_posterior;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::thresholds::{SEARCHED, TIE};
 use crate::diagnose::validation::estimate::{Estimate, estimate};
 use crate::metric::half_width;

@@ -2,7 +2,7 @@
 
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
-use crate::diagnose::selection::select::Selection;
+use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::thresholds::FLOOR_MEDIAN;
 pub use crate::diagnose::thresholds::TIE;
 use crate::report::percent;
