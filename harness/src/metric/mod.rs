@@ -9,6 +9,7 @@ mod cycle;
 mod integral;
 mod interval;
 mod line;
+mod model_motion;
 mod nrmse;
 mod period;
 mod resample;
@@ -25,12 +26,11 @@ pub use cycle::{Cycle, cycle_starts, mean_cycle, whole_cycles};
 pub use integral::integral;
 pub use interval::half_width;
 pub use line::line;
+pub use model_motion::ModelMotion;
 pub use nrmse::nrmse;
 pub use period::{Period, period};
 pub use resample::{interpolate, resample};
-pub use residual::{
-    AlignedBlock, AlignedResidual, Block, Fit, ModelMotion, align, aligned_residual, blocks,
-};
+pub use residual::{AlignedBlock, AlignedResidual, Block, Fit, align, aligned_residual, blocks};
 pub use rest::{LEAST_REST, Rest, rest, velocity_from_rest};
 pub use spectrum::{Spectrum, harmonics, spectrum};
 pub use stick::{StickDetection, detect_stick, measured_stick, resting_stick, stick_fraction};

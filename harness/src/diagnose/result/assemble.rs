@@ -7,9 +7,10 @@ use crate::diagnose::result::found_constants::{
     calibrated, fitted_library_effects, found, inputs, known_structure, run_values, stated_speed,
 };
 use crate::diagnose::result::further_sensors::found_sensors;
+use crate::diagnose::result::remarks::remarks;
 use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::standings::{further_effects, is_beyond, probability_of, standings};
-use crate::diagnose::result::summary::{Seen, remarks, words};
+use crate::diagnose::result::summary::{Seen, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
 use crate::diagnose::selection::fitted_model::is_small;
 use crate::diagnose::selection::full_refit::meets_runs_kept_out;

@@ -8,6 +8,7 @@ pub mod error_ladder;
 mod found_constants;
 pub mod further_sensors;
 pub mod hysteresis;
+pub mod remarks;
 pub mod run_sets;
 mod shape;
 mod standings;

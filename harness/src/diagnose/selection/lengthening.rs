@@ -15,8 +15,9 @@ use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, SearchOpt
 use crate::diagnose::model::hypothesis::{Choice, NEARLY_OFF};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
+use crate::diagnose::selection::further_fits::{POLISH, refitting};
 use crate::diagnose::selection::race::{BATCH, Entrant, FOLLOWED, first_looks};
-use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
+use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::parallel::parallel;
 use crate::watch::Watch;

@@ -11,6 +11,7 @@ pub mod fitted_model;
 pub mod follow;
 pub mod forms;
 pub mod full_refit;
+pub mod further_fits;
 pub mod lengthening;
 pub mod lost_runs;
 pub mod next_measurement;

@@ -8,7 +8,7 @@
 use crate::diagnose::model::belt_profile::is_profile;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::refitting;
+use crate::diagnose::selection::further_fits::refitting;
 use crate::diagnose::selection::subset_search::{FIRST, SECOND, Search, Start, possible};
 use crate::error::Error;
 

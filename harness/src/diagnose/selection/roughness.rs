@@ -14,7 +14,8 @@
 use crate::diagnose::model::belt_profile::{Roughness, is_profile, longest_track, resolved_length};
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
+use crate::diagnose::selection::further_fits::{RETRY, refitting};
+use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use std::f64::consts::SQRT_2;
 

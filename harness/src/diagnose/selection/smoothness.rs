@@ -8,8 +8,9 @@
 use crate::diagnose::estimation::curve_estimate::curve_estimate;
 use crate::diagnose::model::unknown_function::Smoothness;
 use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::further_fits::{RETRY, refitting};
 use crate::diagnose::selection::roughness::LEAST_RISE;
-use crate::diagnose::selection::screening::{RETRY, Screen, refitting};
+use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 
 /// Smoothnesses fitted: linear theory is right about the next one from near.

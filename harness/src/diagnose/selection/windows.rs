@@ -11,7 +11,8 @@ use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::SAMPLES_OF_A_STATE;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::{POLISH, Screen, refitting};
+use crate::diagnose::selection::further_fits::{POLISH, refitting};
+use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::watch::Watch;
 

@@ -9,7 +9,7 @@ use crate::diagnose::selection::decision::{
 use crate::diagnose::selection::extension::{Beside, extend};
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::screening::last_options;
+use crate::diagnose::selection::further_fits::last_options;
 use crate::diagnose::stages;
 use crate::diagnose::thresholds::{CLOSE, FINALISTS};
 use crate::error::Error;

@@ -6,7 +6,7 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::variants::{library, variants};
 use crate::diagnose::selection::extension::one_further;
 use crate::diagnose::selection::fitted_model::FittedModel;
-use crate::diagnose::selection::screening::{RETRY, is_near_noise};
+use crate::diagnose::selection::further_fits::{RETRY, is_near_noise};
 use crate::diagnose::selection::{full_refit, lengthening, subset_search};
 use crate::diagnose::stages;
 use crate::error::Error;
