@@ -378,7 +378,7 @@ pub enum Error {
         sensor: String,
     },
     /// A further sensor whose noise can't be found.
-    #[error("{}: [[further_sensor]] '{sensor}' has {samples} readings in {rows} rows, and between its gaps too few stand side by side to tell its noise; state noise_std in campaign.toml", path.display())]
+    #[error("{}: [[further_sensor]] '{sensor}' has {samples} readings in {rows} rows, and between its gaps too few stand side by side to estimate its noise; state noise_std in campaign.toml", path.display())]
     FurtherSensorNoise {
         /// The run's file.
         path: PathBuf,

@@ -152,7 +152,7 @@ fn candidates_that_come_down_to_the_noise_too_are_named_with_what_speaks_against
             rival["id"].as_str().unwrap(),
             number(&rival["fit_over_noise"]),
         );
-        let said = format!("{id} comes down to the noise as well ({error:.2} times");
+        let said = format!("{id} reaches the noise level as well ({error:.2} times");
         for text in [&done.console, &done.report] {
             assert!(text.contains(&said), "{said}: {}", done.console);
             assert!(!text.contains("No other candidate"));

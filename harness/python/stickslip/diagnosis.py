@@ -33,7 +33,7 @@ class FoundEffect:
     id: str
     parameters: dict[str, Estimate]
     confounded_with: list[str]
-    """Effects that these data can't tell from it."""
+    """Effects that these data can't distinguish from it."""
     evidence: dict[str, Any]
 
 
@@ -89,7 +89,7 @@ class Diagnosis(Result):
 
     @property
     def remarks(self) -> list[str]:
-        """What can't be told, and why."""
+        """What the data leave open, and why."""
         return list(self.data["remarks"])
 
     @property

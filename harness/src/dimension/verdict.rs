@@ -37,7 +37,7 @@ impl Verdict {
             Verdict::Periodic => "Periodic",
             Verdict::NoScalingRegion => "No scaling region",
             Verdict::NotConverged => "No plateau over the embedding dimension",
-            Verdict::NotDistinguishableFromNoise => "Not to be told from noise",
+            Verdict::NotDistinguishableFromNoise => "Not distinguishable from noise",
         }
     }
 

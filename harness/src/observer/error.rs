@@ -46,7 +46,7 @@ pub enum ObserverError {
     },
     /// Two modes with the same frequency: only their sum is visible in one displacement.
     #[error(
-        "modes {first} and {second} have the same natural frequency {frequency_hz} Hz; one displacement cannot tell them apart, merge them into one mode"
+        "modes {first} and {second} have the same natural frequency {frequency_hz} Hz; one displacement cannot separate them, merge them into one mode"
     )]
     EqualFrequencies {
         /// Mode number, from 1.

@@ -90,7 +90,7 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
     if let Some(next) = &diagnosis.next_measurement {
         let _ = writeln!(
             out,
-            "\nTo tell {} apart, measure at {} m/s and {} N (those that are wrong should then fall behind by {:.0} in gain; {TIE} is a tie).",
+            "\nTo separate {}, measure at {} m/s and {} N (wrong ones should then fall behind by {:.0} in gain; {TIE} is a tie).",
             next.separates.join(", "),
             next.belt_velocity_m_per_s,
             next.normal_force_n,

@@ -121,7 +121,7 @@ fn adequacy(entries: &[Entry]) -> Plot {
             let q = |share: f64| of.iter().map(|&i| entries[i].model.fit.quantile(share)).collect::<Vec<f64>>();
             plot.intervals(name, *colour, &row, &q(0.5), &q(0.25), &q(0.75))
         })
-        .upright("down to the noise", Colour::Green, FLOOR_MEDIAN)
+        .upright("noise level", Colour::Green, FLOOR_MEDIAN)
         .caption("What each candidate leaves unexplained on the runs fitted: median over the pieces, with the middle half; only at the dashed line is a model complete.")
 }
 
@@ -133,17 +133,17 @@ fn confusion(page: Page, material: &Material) -> Page {
         .filter(|e| !e.confounded_with.is_empty())
         .map(|e| {
             format!(
-                "{} can't be told from {}",
+                "{} can't be distinguished from {}",
                 e.id,
                 e.confounded_with.join(", ")
             )
         })
         .collect();
-    let page = page.subsection("Candidates that can't be told apart");
+    let page = page.subsection("Candidates that can't be distinguished");
     match (ties.is_empty(), material.diagnosis.verdict) {
         (false, _) => page.list(&ties),
         (true, Verdict::EffectFound) if material.selection.by_break_aways => page.paragraph(
-            "Not compared: the effect is named by the break-aways, and no motion comes down to the noise.",
+            "Not compared: the effect is named by the break-aways, and no predicted motion reaches the noise level.",
         ),
         (true, Verdict::EffectFound) => {
             let others = others(material.problem, material.selection);

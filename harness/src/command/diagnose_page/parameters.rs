@@ -14,7 +14,7 @@ pub fn section(page: Page, material: &Material) -> Page {
         .paragraph("± is half the width of the 95 % interval (1.96 standard deviations), as far as the model is right. The same folder holds these values as model.toml, as an SSP parameter file (.ssv) and as the start values of an FMU. What differs from run to run, one FMU has but once; so it also holds a parameter set and start states for each run (the folder runs, and resources/runs in the FMU). `compare` finds them there and shows, as NRMSE from start states, the last error of each run again:")
         .code(&compare_again(material));
     let page = page.table(&values(material)).figure(&shift(material));
-    page.subsection("What each run has of its own")
+    page.subsection("Run-specific parameters")
         .table(&per_run(material))
 }
 

@@ -40,7 +40,7 @@ pub fn section(page: Page, material: &Material) -> Page {
             match a.is_same_motion {
                 true => format!("The same motion of the tip: {place} over {argument}."),
                 false => format!(
-                    "Not told apart by these data: {place} over {argument} ({:.0} %).",
+                    "Not distinguished by these data: {place} over {argument} ({:.0} %).",
                     100.0 * a.probability
                 ),
             }

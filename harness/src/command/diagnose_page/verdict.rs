@@ -108,7 +108,7 @@ pub fn words(page: Page, material: &Material) -> Page {
     if diagnosis.remarks.is_empty() {
         page
     } else {
-        page.subsection("What these data can't tell, and why")
+        page.subsection("What these data leave open, and why")
             .list(&diagnosis.remarks)
     }
 }
@@ -140,7 +140,7 @@ fn found(effect: &FoundEffect, others: &str) -> String {
         String::new()
     } else {
         format!(
-            "These data can't tell it from {}. ",
+            "These data can't distinguish it from {}. ",
             effect.confounded_with.join(", ")
         )
     };
@@ -191,7 +191,7 @@ fn next(page: Page, diagnosis: &Diagnosis) -> Page {
     match &diagnosis.next_measurement {
         None => page,
         Some(next) => page.paragraph(&format!(
-            "Next measurement: belt velocity {} m/s, normal force {} N. There {} can be told apart: fitted to such a run too, those that are \
+            "Next measurement: belt velocity {} m/s, normal force {} N. There {} can be distinguished: fitted to such a run too, those that are \
              wrong should fall behind by {} in score or more, where a tie is {} or less.",
             number(next.belt_velocity_m_per_s, 3),
             number(next.normal_force_n, 3),

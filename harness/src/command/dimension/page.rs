@@ -52,7 +52,7 @@ pub fn html(series: &Series, a: &Analysis, provenance: &Provenance) -> String {
         a.samples - a.missing,
         a.eckmann_ruelle_bound()
     );
-    page.section("What so many samples can tell")
+    page.section("What so many samples can show")
         .paragraph(&bound)
         .foot(&provenance.lines())
         .html()

@@ -178,7 +178,7 @@ pub fn delay(series: &Series, a: &Analysis) -> Plot {
         .min(a.delay_choice.mutual_information.len());
     let (axis, k) = lags(series, count, 0);
     Plot::new(axis, Axis::linear("information [bit], correlation", "1"))
-        .caption("What one sample tells of a later one: the delay is the first minimum of the mutual information, where there is one.")
+        .caption("Information that one sample carries about a later one: the delay is the first minimum of the mutual information, where there is one.")
         .line("mutual information", Colour::Blue, &k[1..], &a.delay_choice.mutual_information[1..count])
         .line("autocorrelation", Colour::Green, &k, &a.delay_choice.autocorrelation[..count])
         .upright("delay", Colour::Red, a.delay as f64 * series.interval.unwrap_or(1.0))

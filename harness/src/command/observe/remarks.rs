@@ -88,7 +88,7 @@ fn level(out: &mut Observation) {
             1e3 * half_width(offset.std)
         ),
         (None, None) if out.measurand == Measurand::Displacement && !out.structure.is_free() => {
-            "The record slips in one direction only: a sensor offset would look like a constant force and cannot be told from it.".into()
+            "The record slips in one direction only: a sensor offset would look like a constant force and cannot be distinguished from it.".into()
         }
         (Some(_), Some(offset)) if offset.is_significant() => format!(
             "Slip in both directions shows that the force is {:.3} ± {:.3} N (95 %) too high throughout: the coefficient differs from the \

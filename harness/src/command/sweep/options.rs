@@ -168,7 +168,7 @@ pub(super) fn plan_of(arguments: &Arguments, fmu: &Fmu) -> Result<Plan, Error> {
     }
     let counts = |option: &'static str, value: usize, least: usize| {
         let rule = if value < least {
-            format!("is too few to tell a motion; give {least} or more")
+            format!("is too few to classify a motion; give {least} or more")
         } else if value > MOST_PEAKS {
             format!("is too many to be computed; give {MOST_PEAKS} or less")
         } else {

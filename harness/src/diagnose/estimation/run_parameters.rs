@@ -1,4 +1,4 @@
-//! What each run has of its own, fitted while all that the runs share is held.
+//! Run-specific parameters, fitted while all that the runs share is held.
 
 use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};

@@ -31,7 +31,7 @@ pub fn structure(fmu: &Fmu, beam: &BeamKnowledge) -> Result<Structure, Error> {
     .all(|list| !list.is_empty());
     if let (Some(side), false) = (fmu.side_file(), is_stated) {
         return Err(side.error(
-            "the FMU has parameters of its own and does not tell the structure: state natural_frequencies_hz, damping_ratios, masses_kg and tip_values in [structure] of campaign.toml",
+            "the FMU has its own parameters and does not state the structure: give natural_frequencies_hz, damping_ratios, masses_kg and tip_values in [structure] of campaign.toml",
         ));
     }
     let count = if beam.natural_frequencies_hz.is_empty() {

@@ -58,7 +58,7 @@ impl References {
                 let needs_level = measurand != Measurand::Displacement && !structure.is_free();
                 if needs_level && side.friction_coefficient.is_none() {
                     return Err(side.error(format!(
-                        "a measured {} does not tell the level of the friction force: state friction_coefficient at the top of the file, to a tenth or so",
+                        "a measured {} does not show the level of the friction force: state friction_coefficient at the top of the file, to a tenth or so",
                         measurand.name()
                     )));
                 }

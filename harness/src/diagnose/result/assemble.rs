@@ -137,7 +137,7 @@ pub fn conclude(
         let over_noise = kept_out.quantile(0.75);
         remarks.push(match meets_runs_kept_out(problem, fitted, kept_out)? {
             true => format!(
-                "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and down to the noise once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
+                "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and at the noise level once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
             ),
             false => format!(
                 "The runs kept out contradict this: their error is {over_noise:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing."

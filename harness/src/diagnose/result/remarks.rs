@@ -21,7 +21,7 @@ pub(crate) fn remarks(
     let runs = &problem.campaign.runs;
     if !problem.held_out.iter().any(|h| *h) {
         out.push(format!(
-            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail at another belt speed or load can't be told. Measure at least 3 operating points.",
+            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail at another belt speed or load stays open. Measure at least 3 operating points.",
             runs.len()
         ));
     }
@@ -31,7 +31,7 @@ pub(crate) fn remarks(
         .all(|r| (r.belt_velocity, r.normal_force) == first)
     {
         out.push(format!(
-            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be told apart. Measure at a second speed and a second load.",
+            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be distinguished. Measure at a second speed and a second load.",
             first.0, first.1
         ));
     }

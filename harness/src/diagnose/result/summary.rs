@@ -111,7 +111,7 @@ fn foretold(break_aways: &[BreakAways]) -> String {
     );
     if foretold >= FORETELLS {
         out += &format!(
-            " Break-away grows with the dwell that the beginning of a stick foretells (it takes away {} of the error), as ageing has it.",
+            " Break-away grows with the dwell predicted at stick onset (it removes {} of the error), as ageing predicts.",
             percent(foretold)
         );
     } else if dwell >= FORETELLS || !out.is_empty() {
@@ -176,7 +176,7 @@ pub(crate) fn words(
                 .collect();
             if selection.by_break_aways {
                 return format!(
-                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which {}. To tell the place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
+                    "Missing: {}, by the break-aways.{} The error of the motion on runs kept out of the fit falls from {} to {} (run by run, fitted ones included, it falls by: {}). That is not all: {:.1} times the sensor noise remains, which {}. To separate place from time, pass the same track twice; to see ageing, slide, hold, and slide again.",
                     names.join(" and "),
                     foretold(break_aways),
                     percent(calibrated.holdout_nrmse),
@@ -197,7 +197,7 @@ pub(crate) fn words(
             }
             let told = match ties.is_empty() {
                 true => String::new(),
-                false => format!("These data can't tell it from: {}. ", ties.join(", ")),
+                false => format!("These data can't distinguish it from: {}. ", ties.join(", ")),
             };
             let sure = told + &others(problem, selection);
             format!(
@@ -231,7 +231,7 @@ pub(crate) fn words(
                 .filter(|_| last.holdout_over_noise < NEARLY_NOISE)
             {
                 return format!(
-                    "{} is missing, or the structure is not as stated: the model comes down to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
+                    "{} is missing, or the structure is not as stated: the residual falls to {:.2} times the sensor noise, but only with {} = {:.5} {}, where the campaign says {:.5} {}, {:.1} standard deviations of what modal analysis is believed to miss. What is missing has been taken up there. If the structure's data are that rough, correct them in campaign.toml and diagnose again.",
                     match by_hand {
                         Some(tried) => format!("Something other than what was tried ({tried})"),
                         None => "Something outside the catalogue".to_owned(),
@@ -354,7 +354,7 @@ fn beyond_words(beyond: &Beyond, parts: &Parts, calibrated: &Rung, last: &Rung) 
     };
     let compared = match (&beyond.rival, &parts.named[..]) {
         (Some(rival), _) => format!(
-            "{rival} explains the data too, down to the noise, but {terms} the catalogue {explain} them better, by {:.0} in the logarithm of the likelihood with parameters priced in",
+            "{rival} explains the data to the noise level too, but {terms} the catalogue {explain} them better, by {:.0} in the logarithm of the likelihood with parameters priced in",
             beyond.gain
         ),
         (None, []) => {

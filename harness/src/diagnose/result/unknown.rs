@@ -29,7 +29,7 @@ const OR_LOAD: &str = "The same factor on the normal force would move the tip in
 const OR_FRICTION: &str =
     "A factor on friction that counts less at a higher load would move the tip in the same way";
 /// What separates the two.
-const WHICH: &str = "a load cell under the holder, read beside the displacement, tells which.";
+const WHICH: &str = "a load cell under the holder, read beside the displacement, separates them.";
 /// Intervals of the histogram over a curve.
 const INTERVALS: usize = 28;
 
@@ -364,7 +364,7 @@ fn in_words(said: &Said) -> String {
     if said.effect.is_none() && is_flat(shape) {
         // The best of those that explain nothing is no lead.
         return format!(
-            "No unknown function tells where it acts: the nearest of those fitted {acts}, and its curve {shape}."
+            "No unknown function shows where it acts: the nearest of those fitted {acts}, and its curve {shape}."
         );
     }
     let shape = match shape.as_str() {
@@ -463,7 +463,7 @@ mod tests {
         let flat = [[0.0, 1e-4, 0.02], [1.0, 2e-4, 0.02], [2.0, 0.0, 0.02]];
         let words = of(flat, None);
         assert!(
-            words.starts_with("No unknown function tells where"),
+            words.starts_with("No unknown function shows where"),
             "{words}"
         );
         // What has a formula acts where it acts.

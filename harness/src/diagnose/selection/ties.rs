@@ -92,7 +92,7 @@ pub fn others(problem: &Problem, selection: &Selection) -> String {
             }
         ),
         (None, Some(next)) => format!(
-            "No other candidate comes down to the noise: the next, {}, leaves {:.2} times the noise on the runs fitted.",
+            "No other candidate reaches the noise level: the next, {}, leaves {:.2} times the noise on the runs fitted.",
             name(problem, &next.choices),
             error(next)
         ),
@@ -123,7 +123,7 @@ fn beside(problem: &Problem, best: &FittedModel, other: &FittedModel) -> String 
         None => format!("it {behind}"),
     };
     format!(
-        "{} comes down to the noise as well ({:.2} times on the runs fitted{kept_out}), but {why}.",
+        "{} reaches the noise level as well ({:.2} times on the runs fitted{kept_out}), but {why}.",
         name(problem, &other.choices),
         other.fit.quantile(0.5)
     )

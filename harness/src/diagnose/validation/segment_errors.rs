@@ -1,6 +1,6 @@
 //! How well a fitted hypothesis predicts: on the runs it was fitted to and on those kept out.
 //!
-//! On a run kept out the common parameters stay as fitted. What each run has of its own (friction level,
+//! On a run kept out the common parameters stay as fitted. Run-specific parameters (friction level,
 //! offset, phases, profile) is estimated on every second segment of the run and judged on the others; start
 //! states are estimated on the segment itself. Where no run can be kept out, the same is done with every
 //! second segment of the runs there are.

@@ -397,7 +397,7 @@ fn characteristic_claim(means: f64, worst: f64) -> Claim {
                 means,
                 "%",
                 Bound::AtMost(10.0),
-                "a tenth: by less than that two curves of the paper's figure are told apart by no eye",
+                "a tenth: by less than that no eye distinguishes two curves of the paper's figure",
             ),
             Finding::new(
                 "largest deviation from the law of the stick/slip-aware smoother's curve, 0.02 to 0.5 m/s",

@@ -36,7 +36,7 @@ pub fn sentence(quantity: &str, levels: &[Level], finding: Finding) -> String {
         ),
         (Finding::Same, _) => format!("No dependence on {quantity}: {between}."),
         (Finding::Chance, _) => format!(
-            "No dependence on {quantity} can be told: {between}, no further apart than chance makes it."
+            "No dependence on {quantity} is significant: {between}, no further apart than chance makes it."
         ),
         _ => format!(
             "Too few predictions to say whether the error depends on {quantity}: fewer than two intervals hold {}.",

@@ -52,7 +52,7 @@ const LEAST_POINTS: usize = 3;
 const SURE: f64 = 2.0 * TIE;
 
 /// What to say where rivals are tied and no point promises to tell them apart.
-pub const NONE_HELPS: &str = "none of twelve operating points tried would tell the tied effects apart with one more run as long and as noisy as \
+pub const NONE_HELPS: &str = "none of twelve operating points tried would separate the tied effects with one more run as long and as noisy as \
                               those measured; longer runs, less noise or points further away may";
 
 /// The operating point that tells rivals apart best; `None` if there is nothing to tell apart or no point helps.
