@@ -604,6 +604,16 @@ pub enum Error {
         /// Number of gaps.
         gaps: usize,
     },
+    /// A filter that can't be undone: what happened in a gap is lost.
+    #[error("{}: [sensor] high_pass_hz = {corner_hz} Hz can't be undone across {gaps} gaps of the record; split the file at them, or leave the key out", path.display())]
+    FilteredGaps {
+        /// The CSV file.
+        path: PathBuf,
+        /// Corner frequency, Hz.
+        corner_hz: f64,
+        /// Number of gaps.
+        gaps: usize,
+    },
     /// A measured normal force below zero.
     #[error("{}: column '{column}', sample {sample}: normal force {value} N is below zero, which means no contact; turn its sign with normal_force_scale, or leave these samples out", path.display())]
     NegativeLoad {

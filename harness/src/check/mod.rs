@@ -7,6 +7,7 @@
 
 mod examined;
 mod finding;
+mod high_pass;
 mod modes;
 pub mod motion;
 pub mod plateau;

@@ -118,7 +118,10 @@ impl Motion {
             derivative_rest: match run.measurand {
                 Measurand::Displacement => None,
                 Measurand::Velocity | Measurand::Acceleration => {
-                    plateau(&velocity(time, values, half), slope_noise).map(|p| p.value)
+                    // Within a band as wide as the value, noise rests anywhere.
+                    plateau(&velocity(time, values, half), slope_noise)
+                        .filter(|p| p.value.abs() > p.half / WIDEST_BAND)
+                        .map(|p| p.value)
                 }
             },
             trend: trend(time, values),

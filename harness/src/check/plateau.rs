@@ -26,8 +26,7 @@ const LEAST_SHARE: f64 = 0.03;
 /// The most frequent value of `signal`, whose noise has the standard deviation `std`, if the signal
 /// rests there and does not merely turn. Nothing is known beforehand of where it is.
 pub fn plateau(signal: &[f64], std: f64) -> Option<Plateau> {
-    let rms = (signal.iter().map(|v| v * v).sum::<f64>() / signal.len() as f64).sqrt();
-    let half = (BAND_STDS * std).max(BAND_SHARE * rms);
+    let half = half_band(signal, std);
     if !(half > 0.0 && half.is_finite()) {
         return None;
     }
@@ -57,6 +56,12 @@ pub fn plateau(signal: &[f64], std: f64) -> Option<Plateau> {
         on: signal.iter().map(|v| (v - value).abs() <= half).collect(),
         share,
     })
+}
+
+/// Half the width of the band that counts as one value.
+pub(super) fn half_band(signal: &[f64], std: f64) -> f64 {
+    let rms = (signal.iter().map(|v| v * v).sum::<f64>() / signal.len() as f64).sqrt();
+    (BAND_STDS * std).max(BAND_SHARE * rms)
 }
 
 #[cfg(test)]

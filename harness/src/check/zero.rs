@@ -6,6 +6,7 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Severity, digits};
+use super::high_pass;
 use super::thresholds::LOWEST_FRICTION;
 
 /// The finding, if most runs on a running belt say so.
@@ -21,6 +22,10 @@ pub fn zero(runs: &[Examined]) -> Option<Finding> {
     if 2 * low.len() <= means.len() {
         return None;
     }
+    let examined: Vec<&Examined> = low.iter().map(|(run, _)| *run).collect();
+    if let Some(corner) = high_pass::corner(&examined) {
+        return Some(filtered(&examined, corner));
+    }
     let of = |pick: fn(f64, f64) -> f64| low.iter().map(|(_, mean)| *mean).reduce(pick);
     let (least, most) = (of(f64::min)?, of(f64::max)?);
     Some(Finding {
@@ -35,4 +40,22 @@ pub fn zero(runs: &[Examined]) -> Option<Finding> {
         stated: "a displacement from the rest of the tip, which a running belt drags along".into(),
         remedy: "take off the reading of the tip at rest without contact, not the mean of the run; diagnose and try take such a zero as unknown, and with it the mean friction".into(),
     })
+}
+
+/// The finding on an AC-coupled sensor with this corner frequency in Hz.
+fn filtered(runs: &[&Examined], corner: f64) -> Finding {
+    let corner = digits(corner);
+    Finding {
+        severity: Severity::Warning,
+        id: "high_pass",
+        runs: runs.iter().map(|run| run.run.name.clone()).collect(),
+        measured: format!(
+            "in stick the reading rises more slowly the higher it is, as after a high pass at {corner} Hz, and its mean dies away"
+        ),
+        stated: "a displacement from the rest of the tip, which moves with the belt in stick"
+            .into(),
+        remedy: format!(
+            "couple sensor and recorder to DC, or state high_pass_hz = {corner} under [sensor], by the data sheet where it says more"
+        ),
+    }
 }

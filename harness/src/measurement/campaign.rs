@@ -93,7 +93,10 @@ impl Campaign {
         let mut runs = parsed
             .runs
             .into_iter()
-            .map(|entry| run_file::load(&folder, entry, &parsed.further_sensors))
+            .map(|entry| {
+                let sensors = &parsed.further_sensors;
+                run_file::load(&folder, entry, sensors, parsed.high_pass_hz)
+            })
             .collect::<Result<Vec<_>, _>>()?;
         let mut noises: Vec<&mut Noise> = runs.iter_mut().map(|run| &mut run.noise).collect();
         noise::of_quiet_runs(&mut noises);

@@ -21,6 +21,8 @@ pub(super) struct CampaignFile {
     pub beam: BeamKnowledge,
     pub uncertainty: Uncertainty,
     pub further_sensors: Vec<FurtherSensor>,
+    /// Corner frequency of the filter that the first sensor's reading has passed, Hz.
+    pub high_pass_hz: Option<f64>,
     pub runs: Vec<RunEntry>,
 }
 
@@ -34,6 +36,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
     })?;
     let check = Check { path, text: &text };
     let zero_std = raw.sensor.offset_std.clone();
+    let high_pass_hz = check.high_pass(&raw.sensor)?;
     let (beam, of_modes) = check.beam(raw.beam, raw.sensor)?;
     let zero_std = zero_std
         .map(|std| check.number("[sensor] offset_std", "SI", POSITIVE, std))
@@ -59,6 +62,7 @@ pub(super) fn read(path: &Path) -> Result<CampaignFile, Error> {
         beam,
         uncertainty,
         further_sensors,
+        high_pass_hz,
         runs,
     })
 }
@@ -106,6 +110,7 @@ pub(super) fn read_beam(path: &Path, single: &super::SingleRun) -> Result<Campai
     };
     Ok(CampaignFile {
         name: None,
+        high_pass_hz: check.high_pass(&raw.sensor)?,
         beam: check.beam(raw.beam, raw.sensor)?.0,
         uncertainty: Uncertainty::default(),
         further_sensors: Vec::new(),

@@ -233,6 +233,7 @@ impl Check<'_> {
                 mode_ratios: raw.mode_ratios,
                 mode_ratios_std: raw.mode_ratios_std,
                 offset_std: None,
+                high_pass_hz: None,
             };
             let place = self.sensor("[[further_sensor]]", place, modes)?;
             if !place.is_tip() && !raw.quantity.has_place() {

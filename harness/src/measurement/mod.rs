@@ -24,6 +24,7 @@ mod encoding;
 mod faults;
 mod further_sensor;
 mod header;
+mod high_pass;
 mod input_file;
 mod input_lines;
 mod inputs;

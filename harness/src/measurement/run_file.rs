@@ -7,7 +7,7 @@ use super::measurand::Measurand;
 use super::noise::Noise;
 use super::run::Run;
 use super::sampling::Sampling;
-use super::{csv_table, faults};
+use super::{csv_table, faults, high_pass};
 use crate::error::Error;
 use crate::file_kind::{Wanted, explain};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,7 @@ pub(super) fn load(
     folder: &Path,
     entry: RunEntry,
     further_sensors: &[FurtherSensor],
+    high_pass_hz: Option<f64>,
 ) -> Result<Run, Error> {
     let file = folder.join(&entry.file);
     let further_files: Vec<PathBuf> = entry.further_files.iter().map(|f| folder.join(f)).collect();
@@ -100,6 +101,23 @@ pub(super) fn load(
             needed: FEWEST_SAMPLES,
         });
     }
+    let understood = match high_pass_hz {
+        None => understood,
+        Some(hz) if sampling.gaps.is_empty() => {
+            // Noise and faults are those of the reading; what it was made of is what moves.
+            high_pass::undo(&mut measured, &time, hz);
+            let said = format!("a high pass at {hz} Hz undone, about the mean");
+            let parts = understood.into_iter().chain([said]);
+            Some(parts.collect::<Vec<_>>().join("; "))
+        }
+        Some(hz) => {
+            return Err(Error::FilteredGaps {
+                path: file,
+                corner_hz: hz,
+                gaps: sampling.gaps.len(),
+            });
+        }
+    };
     Ok(Run {
         name: entry.name,
         file,

@@ -27,6 +27,8 @@ pub(super) struct RawSensor {
     pub mode_ratios_std: Option<Spanned<f64>>,
     /// How well the zero is known, in the unit of what is measured.
     pub offset_std: Option<Spanned<f64>>,
+    /// Corner frequency of a first-order high-pass filter that the reading has passed, Hz.
+    pub high_pass_hz: Option<Spanned<f64>>,
 }
 
 /// Mode shapes where the sensor looks over those at the tip, `r_j = phi_j(s) / phi_j(1)`, from the first mode on.

@@ -197,7 +197,10 @@ pub(crate) fn words(
             }
             let told = match ties.is_empty() {
                 true => String::new(),
-                false => format!("These data can't distinguish it from: {}. ", ties.join(", ")),
+                false => format!(
+                    "These data can't distinguish it from: {}. ",
+                    ties.join(", ")
+                ),
             };
             let sure = told + &others(problem, selection);
             format!(

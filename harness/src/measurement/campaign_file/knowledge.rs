@@ -9,6 +9,14 @@ use crate::measurement::uncertainty::{OfModes, Uncertainty};
 use toml::Spanned;
 
 impl Check<'_> {
+    /// Corner frequency of the filter that the first sensor's reading has passed, Hz.
+    pub(super) fn high_pass(&self, raw: &RawSensor) -> Result<Option<f64>, Error> {
+        let stated = raw.high_pass_hz.clone();
+        stated
+            .map(|hz| self.number("[sensor] high_pass_hz", "Hz", POSITIVE, hz))
+            .transpose()
+    }
+
     pub(super) fn uncertainty(
         &self,
         raw: RawUncertainty,
