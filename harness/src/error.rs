@@ -605,7 +605,7 @@ pub enum Error {
         gaps: usize,
     },
     /// A filter that can't be undone: what happened in a gap is lost.
-    #[error("{}: [sensor] high_pass_hz = {corner_hz} Hz can't be undone across {gaps} gaps of the record; split the file at them, or leave the key out", path.display())]
+    #[error("{}: [sensor] high_pass_hz = {corner_hz} Hz can't be undone across {gaps} gap(s) of the record; split the file there, or leave the key out", path.display())]
     FilteredGaps {
         /// The CSV file.
         path: PathBuf,

@@ -126,6 +126,26 @@ fn messages_of_csv_files() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
+#[test]
+fn a_high_pass_is_undone_where_it_is_positive_and_nothing_is_missing() {
+    let stated = |corner: &str| format!("[sensor]\nhigh_pass_hz = {corner}\n{CAMPAIGN}");
+    let wrong = message(&stated("-0.5"), &good_csv());
+    assert!(
+        wrong.contains("high_pass_hz") && wrong.contains("-0.5 Hz"),
+        "{wrong}"
+    );
+    let good = good_csv();
+    let rows = good.lines().filter(|row| !row.starts_with("0.002"));
+    let with_gap = rows.collect::<Vec<_>>().join("\n");
+    let wrong = message(&stated("0.5"), &with_gap);
+    assert!(wrong.contains("across 1 gap(s)"), "{wrong}");
+    let run = &load(&stated("0.5"), &good_csv()).unwrap().runs[0];
+    let said = run.understood.as_deref().unwrap_or_default();
+    assert!(said.contains("a high pass at 0.5 Hz undone"), "{said}");
+    let mean = run.measured.iter().sum::<f64>() / run.measured.len() as f64;
+    assert!(mean.abs() < 1e-18, "{mean}");
+}
+
 /// A good file with a column of ones added and other names.
 fn three_columns(header: &str) -> String {
     let good = good_csv();
