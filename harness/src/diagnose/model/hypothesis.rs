@@ -320,12 +320,38 @@ impl Hypothesis {
         (reference.expect("a campaign is checked for it"), scale)
     }
 
-    /// Distance in m that belt and tip have moved against each other when a segment of a run starts: the belt's part grows with
-    /// its velocity.
-    pub fn travel(&self, run: &Run, segment: &Segment, shared: &[f64]) -> f64 {
+    /// Distance in m that belt and tip have moved against each other when a segment of a run starts in `state`: the belt's part grows
+    /// with its velocity, and the tip's is that of the start state where its displacement is not measured.
+    pub fn travel(
+        &self,
+        references: &References,
+        (run, segment): (&Run, &Segment),
+        shared: &[f64],
+        state: &[f64],
+    ) -> f64 {
         let belt = self.scales(shared)[0];
         let (size, passed) = belt_part(run, segment);
-        segment.travel + (belt * size - size) * passed
+        let as_smoothed = segment.travel + (belt * size - size) * passed;
+        if !references.is_integrated {
+            return as_smoothed;
+        }
+        let starts = state.iter().zip(&segment.state).step_by(2);
+        let moved = references.tip_values.iter().zip(starts);
+        let moved: f64 = moved.map(|(phi, (q, smoothed))| phi * (q - smoothed)).sum();
+        as_smoothed - moved
+    }
+
+    /// Derivatives by start state `i` of all that is set from it.
+    pub fn start_changes(&self, references: &References, i: usize) -> Vec<(u32, f64)> {
+        let modal = 2 * self.modes;
+        if i >= modal {
+            return vec![(self.extra_states[i - modal].0, 1.0)];
+        }
+        let moves = references.is_integrated && i.is_multiple_of(2);
+        let travel = references.history[0].filter(|_| moves);
+        let of_travel = travel.map(|r| (r, -references.tip_values[i / 2]));
+        let of_state = std::iter::once((references.starts[i], 1.0));
+        of_state.chain(of_travel).collect()
     }
 
     /// Derivatives by the position of shared parameter `c` of all that is set from it in a segment of a run.

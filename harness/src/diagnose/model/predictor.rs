@@ -114,7 +114,8 @@ impl<'a> Predictor<'a> {
         for (reference, value) in h.inputs(r, run, shared) {
             self.push(reference, value);
         }
-        self.push_if_any(r.history[0], h.travel(run, segment, shared));
+        let travel = h.travel(r, (run, segment), shared, state);
+        self.push_if_any(r.history[0], travel);
         self.push_if_any(r.history[1], segment.dwell);
         for &(reference, value) in &h.fixed {
             self.push(reference, value);
@@ -237,10 +238,8 @@ impl Simulator for Predictor<'_> {
             }
         };
         for &turn in turns.iter().filter(|turn| of_sensor(turn).is_none()) {
-            let modal = 2 * h.modes;
             match turn {
-                Turn::State(i) if i < modal => self.directions.push([(r.starts[i], 1.0)]),
-                Turn::State(i) => self.directions.push([(h.extra_states[i - modal].0, 1.0)]),
+                Turn::State(i) => self.directions.push(h.start_changes(r, i)),
                 Turn::Shared(c) => {
                     let of = (&self.runs[segment.run], segment);
                     self.directions.push(h.changes(r, of, c, values.shared[c]));

@@ -34,6 +34,10 @@ pub struct References {
     pub states: Vec<u32>,
     /// What they are set by before a start.
     pub starts: Vec<u32>,
+    /// Displacement of the tip over that of each mode, 1.
+    pub tip_values: Vec<f64>,
+    /// Whether the displacement follows from something else that is measured.
+    pub is_integrated: bool,
     /// What further sensors read.
     pub further: Arc<FurtherSensors>,
 }
@@ -46,7 +50,7 @@ impl References {
     pub fn new(fmu: &Fmu, structure: &Structure, campaign: &Campaign) -> Result<Self, Error> {
         let modes = structure.modes().len();
         let measurand = campaign.measurand();
-        let tip_values = structure.modes().iter().map(|m| m.tip_value).collect();
+        let tip_values: Vec<f64> = structure.modes().iter().map(|m| m.tip_value).collect();
         let one = |name: &str| fmu.variable(name).map(|v| v.reference);
         // A side file says which variables there are; without one all are asked for.
         let if_any = |name: &str| match fmu.side_file() {
@@ -90,8 +94,10 @@ impl References {
             further: Arc::new(FurtherSensors::new(
                 fmu,
                 &campaign.further_sensors,
-                tip_values,
+                tip_values.clone(),
             )?),
+            tip_values,
+            is_integrated: measurand != Measurand::Displacement,
         })
     }
 
@@ -102,6 +108,7 @@ impl References {
             lacks_offset: false,
             states: self.states.clone(),
             starts: self.starts.clone(),
+            tip_values: self.tip_values.clone(),
             further: self.further.clone(),
             ..*self
         }

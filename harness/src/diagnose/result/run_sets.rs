@@ -138,9 +138,11 @@ fn piece(problem: &Problem, step: &Step, point: &Point, place: usize, k: usize) 
     let segment = &problem.segments[k];
     let origin = problem.campaign.runs[segment.run].time[0];
     let h = &step.fitted.hypothesis;
-    let travel = h.travel(&problem.campaign.runs[segment.run], segment, &point.shared);
+    let run = &problem.campaign.runs[segment.run];
+    let state = &point.states[place];
+    let travel = h.travel(&problem.references, (run, segment), &point.shared, state);
     let how = how(problem, point.stuck[place], travel, segment.dwell).into_iter();
-    let states = point.states[place].iter().copied();
+    let states = state.iter().copied();
     let own = h.per_run[segment.run]
         .iter()
         .zip(&point.per_run[segment.run]);
