@@ -3,7 +3,7 @@
 use crate::metric::half_width;
 use nalgebra::{DMatrix, DVector};
 
-/// Nodes of which the value, counted from the mean of all, is uncertain by more than this share of the curve's span don't count.
+/// Nodes of which the value, counted from the mean of the others, is uncertain by more than this share of the curve's span don't count.
 const UNCERTAIN: f64 = 0.5;
 /// Standard deviations by which two values must differ to be different.
 const DIFFERENT: f64 = 2.0;
@@ -68,9 +68,8 @@ impl Nodes<'_> {
     /// The shape, with the unit of the values, as the end of a sentence that begins with "the curve".
     pub fn shape(&self, unit: &str) -> String {
         let value = |v: f64| with_unit(v, unit);
-        let all = self.mean(&|_| true);
         if !self.changes(&(0..self.at.len()).collect::<Vec<_>>()) {
-            let (mean, std) = self.sum(&all);
+            let (mean, std) = self.sum(&self.mean(&|_| true));
             return format!(
                 "{NO_CHANGE}: {} +- {} (95 %)",
                 value(mean),
@@ -78,7 +77,9 @@ impl Nodes<'_> {
             );
         }
         let span = self.values.max() - self.values.min();
-        let own = |i: usize| self.sum(&(self.mean(&|other| other == i) - &all)).1;
+        let one = |i: usize| self.mean(&|other| other == i);
+        let others = |i: usize| self.mean(&|other| other != i);
+        let own = |i: usize| self.sum(&(one(i) - others(i))).1;
         let known: Vec<usize> = (0..self.at.len())
             .filter(|&i| own(i) < UNCERTAIN * span)
             .collect();
