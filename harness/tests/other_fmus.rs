@@ -415,5 +415,8 @@ fn side_files_that_do_not_fit_are_refused_with_line_and_remedy() {
     let text = std::fs::read_to_string(&toml).unwrap();
     std::fs::write(&toml, text.replace("masses_kg = [1.0]\n", "")).unwrap();
     let message = refused(&foreign, folder.path(), Some(SIDE_FILE));
-    assert!(message.contains("does not state the structure"), "{message}");
+    assert!(
+        message.contains("does not state the structure"),
+        "{message}"
+    );
 }

@@ -60,8 +60,7 @@ pub(in crate::diagnose::model) fn loads(campaign: &Campaign) -> (f64, f64) {
 }
 
 /// The unknown functions of a campaign: their nodes cover what its runs pass. `lowest_hz` is that of [`lowest_frequency`], and
-/// so are `ranges`. What would act on a sensor of displacements is left out where something else was measured, and what would act on
-/// the normal force where all runs have one that is constant.
+/// so are `ranges`. What would act on a sensor of displacements is left out where something else was measured.
 pub fn unknown_functions(
     campaign: &Campaign,
     lowest_hz: f64,
@@ -77,9 +76,6 @@ pub fn unknown_functions(
     });
     let is_measured =
         |place: &Place| *place != MEASUREMENT || campaign.measurand() == Measurand::Displacement;
-    let (least_load, most_load) = loads(campaign);
-    // At one load a factor on the normal force is the same factor on friction: one hypothesis.
-    let is_distinct = |place: &Place| *place != NORMAL_FORCE || least_load < most_load;
     let half = (0.5 * (high - low)).max(1e-9);
     let belt = most(&|r| r.belt_velocity.abs());
     let force = most(&|r| r.normal_force);
@@ -121,7 +117,7 @@ pub fn unknown_functions(
         _ => 0.1,
     };
     ALL.iter()
-        .filter(|(place, _)| is_measured(place) && is_distinct(place))
+        .filter(|(place, _)| is_measured(place))
         .map(|&(place, argument)| {
             let (from, to) = match range(argument) {
                 // It does not vary in this campaign: the curve can't act, and its nodes may be anywhere.
