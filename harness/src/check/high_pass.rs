@@ -10,6 +10,7 @@
 //! stick gives r. Holds for a first-order filter; a belt whose speed yields in stick could pass for one, but bends the tip.
 
 use super::examined::Examined;
+use super::motion::slope_window;
 use super::plateau::{Plateau, half_band, plateau};
 use super::thresholds::SPEED_OFF;
 use crate::measurement::{Measurand, Run};
@@ -20,9 +21,6 @@ use std::f64::consts::TAU;
 const HIGHEST: f64 = 20.0;
 /// Samples that are looked at in a run, and rates that are tried, at most.
 const MOST: usize = 2500;
-/// Time over which the reading is smoothed for its slope, s; half widths in samples.
-const SMOOTHING: f64 = 5e-4;
-const HALF_WIDTHS: (usize, usize) = (2, 50);
 /// Standard deviations by which a rate must differ from zero.
 const CERTAIN: f64 = 4.0;
 /// Share by which the rates of runs may scatter about their median.
@@ -46,10 +44,7 @@ fn rate(run: &Run) -> Option<f64> {
     if run.measurand != Measurand::Displacement || run.belt_velocity == 0.0 {
         return None;
     }
-    let interval = run.sample_interval();
-    let half = ((SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
-    let h = half as f64;
-    let noise = run.noise.std * (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
+    let (half, noise) = slope_window(run);
     let every = run.measured.len().div_ceil(MOST);
     let thinned = |all: &[f64]| -> Vec<f64> { all.iter().copied().step_by(every).collect() };
     let slopes = thinned(&velocity(&run.time, &run.measured, half));

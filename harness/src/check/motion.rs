@@ -51,16 +51,22 @@ const WELL_IN_SLIP: f64 = 0.5;
 /// Fewest samples for a frequency.
 const FEWEST: usize = 50;
 
+/// Half width in samples of the window in which the slope of what a run measures is taken, and the slope's noise per s.
+pub(super) fn slope_window(run: &Run) -> (usize, f64) {
+    let interval = run.sample_interval();
+    let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
+    let h = half as f64;
+    let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
+    (half, run.noise.std * per_noise)
+}
+
 impl Motion {
     /// Of a run; `beam` says only over how many samples the motion is smoothed.
     pub fn of(run: &Run, beam: &BeamKnowledge) -> Motion {
         let (time, values) = (&run.time, &run.measured);
         let noise = run.noise.std;
         let interval = run.sample_interval();
-        let half = ((LONGEST_SMOOTHING / interval) as usize).clamp(HALF_WIDTHS.0, HALF_WIDTHS.1);
-        let h = half as f64;
-        let per_noise = (3.0 / (h * (h + 1.0) * (2.0 * h + 1.0))).sqrt() / interval;
-        let slope_noise = noise * per_noise;
+        let (half, slope_noise) = slope_window(run);
         let mut resting = None;
         let (displacement, speed, speed_noise) = match run.measurand {
             Measurand::Displacement => {
