@@ -104,22 +104,30 @@ pub fn better_starts(
 ) -> Result<Option<Point>, Error> {
     let h = &fitted.hypothesis;
     let data = problem.data(segments);
-    let mut predictor = problem.predictor(h)?;
-    let mut fitter = Fitter::new(&mut predictor, h, &data, options);
-    let mut point = fitted.fit.point.clone();
-    let mut any = false;
-    for k in 0..segments.len() {
-        for other in others {
-            if fitter.is_met_better(k, &other.fit, &fitted.fit) {
-                let theirs = widen(other, h, &point).start(k);
-                any |= fitter.try_start(k, &mut point, theirs);
+    fn all(fitted: &FittedHypothesis) -> (&[Choice], &Fit) {
+        (&fitted.hypothesis.choices, &fitted.fit)
+    }
+    let others_all: Vec<_> = others.iter().map(|other| all(other)).collect();
+    let at = (all(fitted), others_all, options, carried);
+    let question = ("starts", segments, data.noise, at);
+    problem.finished.recall(&question, || {
+        let mut predictor = problem.predictor(h)?;
+        let mut fitter = Fitter::new(&mut predictor, h, &data, options);
+        let mut point = fitted.fit.point.clone();
+        let mut any = false;
+        for k in 0..segments.len() {
+            for other in others {
+                if fitter.is_met_better(k, &other.fit, &fitted.fit) {
+                    let theirs = widen(other, h, &point).start(k);
+                    any |= fitter.try_start(k, &mut point, theirs);
+                }
             }
         }
-    }
-    if carried {
-        any |= fitter.try_carried_on(&mut point);
-    }
-    Ok(any.then_some(point))
+        if carried {
+            any |= fitter.try_carried_on(&mut point);
+        }
+        Ok(any.then_some(point))
+    })
 }
 
 /// Fits a hypothesis further from `start`, which a fit to the same segments has reached.
@@ -166,8 +174,11 @@ fn recalled(
     fit: impl Fn(&mut Fitter, Point) -> Fit,
 ) -> Result<FittedHypothesis, Error> {
     let data = problem.data(segments);
-    let choices = &hypothesis.choices;
-    let question = (name, choices, segments, data.noise, &start, options);
+    let own = hypothesis.per_run.iter().flatten();
+    let beliefs = hypothesis.shared.iter().chain(own);
+    let beliefs: Vec<(f64, f64)> = beliefs.map(|p| (p.prior, p.prior_std)).collect();
+    let of = (&hypothesis.choices, beliefs);
+    let question = (name, of, segments, data.noise, &start, options);
     let fit = problem.finished.recall(&question, || {
         let mut predictor = problem.predictor(&hypothesis)?;
         let mut fitter = Fitter::new(&mut predictor, &hypothesis, &data, options);

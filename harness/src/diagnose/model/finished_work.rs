@@ -1,7 +1,7 @@
-//! Results of long computations, kept so that a diagnosis that was stopped goes on where it stood.
+//! Results of long computations, kept so that nothing is computed twice, and a diagnosis that was stopped goes on where it stood.
 //!
-//! Every fit of a search depends on its arguments alone. Its result is written to a file as soon as it is there, under the SHA-256 of
-//! those arguments; asked again, the same question is answered from the file. A search that was stopped, or killed, is therefore
+//! Every fit of a search depends on its arguments alone. Its result is kept, and written to a file as soon as it is there, under the SHA-256
+//! of those arguments; asked again, the same question is answered from there. A search that was stopped, or killed, is therefore
 //! resumed by running it again: it takes the same way, and what was finished costs nothing. What belongs to other inputs has
 //! other keys and is never found.
 
@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 /// Digest of a question.
 type Key = [u8; 32];
@@ -34,7 +34,7 @@ struct Store {
     path: PathBuf,
     /// Digest of what all questions have in common: program, FMU and campaign.
     inputs: String,
-    known: HashMap<Key, Vec<u8>>,
+    known: Mutex<HashMap<Key, Vec<u8>>>,
     /// `None` once it could not be written to.
     file: Mutex<Option<File>>,
 }
@@ -74,7 +74,7 @@ impl FinishedWork {
             store: Some(Store {
                 path: path.to_owned(),
                 inputs: inputs.to_owned(),
-                known,
+                known: Mutex::new(known),
                 file: Mutex::new(Some(file)),
             }),
             recalled: AtomicUsize::new(0),
@@ -95,13 +95,13 @@ impl FinishedWork {
         };
         let question = postcard::to_stdvec(&(&store.inputs, question)).expect("plain data");
         let key: Key = Sha256::digest(&question).into();
-        let known = store.known.get(&key);
-        if let Some(answer) = known.and_then(|bytes| postcard::from_bytes(bytes).ok()) {
+        let known = store.known().get(&key).cloned();
+        if let Some(answer) = known.and_then(|bytes| postcard::from_bytes(&bytes).ok()) {
             self.recalled.fetch_add(1, Ordering::Relaxed);
             return Ok(answer);
         }
         let answer = compute()?;
-        store.keep(&key, &postcard::to_stdvec(&answer).expect("plain data"));
+        store.keep(key, postcard::to_stdvec(&answer).expect("plain data"));
         Ok(answer)
     }
 
@@ -123,12 +123,17 @@ impl FinishedWork {
 }
 
 impl Store {
-    fn keep(&self, key: &Key, content: &[u8]) {
+    fn known(&self) -> MutexGuard<'_, HashMap<Key, Vec<u8>>> {
+        self.known.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    fn keep(&self, key: Key, content: Vec<u8>) {
         let mut file = self.file.lock().unwrap_or_else(|e| e.into_inner());
         let mut record = Vec::with_capacity(HEAD + content.len());
-        record.extend_from_slice(key);
+        record.extend_from_slice(&key);
         record.extend_from_slice(&(content.len() as u32).to_le_bytes());
-        record.extend_from_slice(content);
+        record.extend_from_slice(&content);
+        self.known().insert(key, content);
         // A full disk must not end a search that could go on without it.
         if file.as_mut().is_some_and(|f| f.write_all(&record).is_err()) {
             *file = None;
@@ -152,6 +157,9 @@ mod tests {
         assert_eq!(ask("a", 1, 0.1), (0.1, 0));
         assert_eq!(ask("a", 2, f64::INFINITY), (f64::INFINITY, 0));
         // Other answers show that nothing is computed.
+        let work = FinishedWork::open(&path, "c").unwrap();
+        assert_eq!(work.recall(&1, || Ok(0.2)).unwrap(), 0.2);
+        assert_eq!(work.recall(&1, || Ok(-1.0)).unwrap(), 0.2);
         assert_eq!(ask("a", 1, -1.0), (0.1, 1));
         assert_eq!(ask("a", 2, -1.0), (f64::INFINITY, 1));
         assert_eq!(ask("b", 1, -1.0), (-1.0, 0));
