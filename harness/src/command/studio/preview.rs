@@ -118,9 +118,15 @@ impl Base {
         (&self.hypothesis, &self.starts)
     }
 
-    /// A better start of segment `k` than that in `point`, where `residual` is left.
-    fn correct(&self, k: usize, residual: &[f64], stuck: bool, state: &mut [f64]) {
-        let list = directions(&self.hypothesis, stuck);
+    /// A better start of `segment`, the `k`-th of all, than `state`, where `residual` is left.
+    fn correct(
+        &self,
+        (k, segment): (usize, &Segment),
+        residual: &[f64],
+        stuck: bool,
+        state: &mut [f64],
+    ) {
+        let list = directions(&self.hypothesis, segment, stuck);
         if let Some(matrix) = &self.corrections[k]
             && matrix.ncols() == residual.len()
             && matrix.nrows() == list.len()
@@ -161,7 +167,8 @@ pub fn quick(
             let mut better = here.point.clone();
             for (k, residual) in here.residual.iter().enumerate() {
                 if let Some(residual) = residual {
-                    base.correct(first + k, residual, better.stuck[k], &mut better.states[k]);
+                    let of = (first + k, &segments[k]);
+                    base.correct(of, residual, better.stuck[k], &mut better.states[k]);
                 }
             }
             let there = fitter.evaluate(better);

@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt on the equivalent weighted least squares, with Broyden's updates between Jacobians.
 
 use crate::diagnose::estimation::fit::{Fit, MOST_OVER_EXPECTED};
-use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, sum_of_squares};
+use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions, sum_of_squares};
 use crate::diagnose::estimation::information::Information;
 use crate::diagnose::estimation::normal_equations::Normal;
 use crate::diagnose::estimation::sensitivities::{Known, Linear, Turned};
@@ -187,18 +187,23 @@ impl Fitter<'_, '_> {
 
     /// Information matrix and descent of the objective by the parameters at a point, each segment's start state projected out.
     /// Residuals and derivatives by what a smaller hypothesis has are those known at its point; `point` differs from that by so little
-    /// of an effect that they are the same.
+    /// of an effect that they are the same. Of one with a `strength`, the shared parameter of this index, nothing else counts.
     pub(crate) fn reduced_beside(
         &mut self,
         known: Known,
         point: Point,
+        strength: Option<usize>,
     ) -> (DMatrix<f64>, DVector<f64>) {
+        let turned = match strength {
+            Some(strength) => Turned::Weakly(known, strength),
+            None => Turned::Beside(known),
+        };
         let residual = |l: &Option<Linear>| l.as_ref().map(|l| l.residual.clone());
         let residual: Vec<Option<Vec<f64>>> = known.linear.iter().map(residual).collect();
         let linear: Vec<Option<Linear>> = residual
             .iter()
             .enumerate()
-            .map(|(k, r)| Some(self.linearise(k, &point, r.clone()?, Turned::Beside(known))))
+            .map(|(k, r)| Some(self.linearise(k, &point, r.clone()?, turned)))
             .collect();
         let here = Place {
             sums: residual.iter().map(sum_of_squares).collect(),
@@ -271,10 +276,14 @@ impl Fitter<'_, '_> {
         // Losses so far, the smallest first.
         let mut losses: Vec<f64> = Vec::with_capacity(count);
         for k in 0..count {
+            self.go_on(k, residuals.last(), &mut point);
             let mut residual = self.residual(k, &point);
             let mut sum = sum_of_squares(&residual);
             if sum > LOST * old.sums[k] {
-                let new = std::mem::replace(&mut point.states[k], old.point.states[k].clone());
+                let new = point.states[k].clone();
+                for i in directions(self.hypothesis, &self.data.segments[k], point.stuck[k]) {
+                    point.states[k][i] = old.point.states[k][i];
+                }
                 let again = self.residual(k, &point);
                 let sum_again = sum_of_squares(&again);
                 if sum_again < sum {

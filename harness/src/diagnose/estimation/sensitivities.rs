@@ -1,5 +1,6 @@
 //! Derivatives of a segment's prediction by its start state and by the parameters.
 
+use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
@@ -27,6 +28,9 @@ pub(crate) enum Turned<'k> {
     State,
     /// Start state and parameters, where the derivatives by those of a smaller hypothesis are known.
     Beside(Known<'k>),
+    /// The same where an effect more is so weak that it shows in nothing but its strength, the shared parameter of this index: neither
+    /// its shapes nor its states leave a trace.
+    Weakly(Known<'k>, usize),
 }
 
 /// A smaller hypothesis, and the derivatives of all segments by what it has.
@@ -44,8 +48,7 @@ impl Known<'_> {
     /// Copies the derivative by what `turn` is in a larger hypothesis; whether the smaller one has it.
     fn put(
         self,
-        k: usize,
-        run: usize,
+        (k, segment): (usize, &Segment),
         larger: &Hypothesis,
         turn: Turn,
         column: &mut [f64],
@@ -61,7 +64,7 @@ impl Known<'_> {
             Turn::Shared(c) => {
                 same(&h.shared, &larger.shared[c]).map(|i| linear.parameters.column(i))
             }
-            Turn::PerRun(c) => same(&h.per_run[run], &larger.per_run[run][c])
+            Turn::PerRun(c) => same(&h.per_run[segment.run], &larger.per_run[segment.run][c])
                 .map(|i| linear.parameters.column(h.shared.len() + i)),
             Turn::State(i) => {
                 let modal = 2 * larger.modes;
@@ -73,7 +76,7 @@ impl Known<'_> {
                         same.map(|j| modal + j)
                     }
                 };
-                let list = directions(h, self.stuck[k]);
+                let list = directions(h, segment, self.stuck[k]);
                 let place = own.and_then(|own| list.iter().position(|&j| j == own));
                 place.map(|c| linear.states.column(c))
             }
@@ -115,7 +118,7 @@ impl Fitter<'_, '_> {
         let n = residual.len();
         let rows = n / (1 + segment.further.len());
         let predicted = self.predicted(k, &residual);
-        let list = directions(h, point.stuck[k]);
+        let list = directions(h, segment, point.stuck[k]);
         let per_run = h.per_run[segment.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut parameters = DMatrix::zeros(n, h.shared.len() + per_run);
@@ -160,16 +163,26 @@ impl Fitter<'_, '_> {
             Turn::Shared(c) => c,
             Turn::PerRun(c) => h.shared.len() + c,
         };
-        if let Turned::Beside(known) = turned {
+        if let Turned::Beside(known) | Turned::Weakly(known, _) = turned {
+            let leaves_trace = |turn: Turn| match (turned, turn) {
+                (Turned::Weakly(_, strength), Turn::Shared(c)) => c == strength,
+                (Turned::Weakly(..), Turn::State(i)) => i < 2 * h.modes,
+                _ => true,
+            };
             turns.retain(|&turn| {
                 let mut column = match turn {
                     Turn::State(_) => states.column_mut(place(turn)),
                     _ => parameters.column_mut(place(turn)),
                 };
-                !known.put(k, segment.run, h, turn, column.as_mut_slice())
+                let is_known = known.put((k, segment), h, turn, column.as_mut_slice());
+                !is_known && leaves_trace(turn)
             });
         }
-        let exact = self.differentiate(k, &values, &turns, predicted, point.stuck[k]);
+        // A motion with derivatives takes as long as several without.
+        let exact = match (turned, &turns[..]) {
+            (Turned::Weakly(..), [Turn::Shared(_)]) => None,
+            _ => self.differentiate(k, &values, &turns, predicted, point.stuck[k]),
+        };
         for (number, &turn) in turns.iter().enumerate() {
             let mut column = match turn {
                 Turn::State(_) => states.column_mut(place(turn)),
@@ -410,7 +423,7 @@ impl Fitter<'_, '_> {
             let difference = |a: &[f64], b: &[f64], i: usize| b[i] - a[i];
             let states = DVector::from_iterator(
                 l.states.ncols(),
-                directions(h, old.point.stuck[k])
+                directions(h, &segments[k], old.point.stuck[k])
                     .into_iter()
                     .map(|i| difference(&old.point.states[k], &new.point.states[k], i)),
             );

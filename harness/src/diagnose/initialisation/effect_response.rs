@@ -10,7 +10,7 @@ use crate::diagnose::estimation::fit_options::STRIDE;
 use crate::diagnose::estimation::fitter::{Fitter, directions};
 use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::estimation::sensitivities::{Linear, Turned};
-use crate::diagnose::initialisation::response_spectrum;
+use crate::diagnose::initialisation::response_spectrum::{ResponseSpectrum, independent_lines};
 use crate::diagnose::initialisation::score_test::{At, BARELY_ON, one_step};
 use crate::diagnose::initialisation::starts::{at as on_line, resonance_ratios, shape_grid};
 use crate::diagnose::initialisation::subset_regression::{Change, Effect};
@@ -351,7 +351,8 @@ impl Beside<'_> {
     /// rigid: places among its directions, and which of the state they are.
     fn added_states(&self, k: usize, point: &Point) -> Vec<(usize, usize)> {
         let known = &self.at.base.hypothesis;
-        let of_known = directions(known, self.at.base.fit.point.stuck[k]);
+        let segment = &self.at.segments[k];
+        let of_known = directions(known, segment, self.at.base.fit.point.stuck[k]);
         let modal = self.h.state_scales.len();
         let is_known = |i: usize| match i.checked_sub(modal) {
             None => of_known.contains(&i),
@@ -360,7 +361,9 @@ impl Beside<'_> {
                 known.extra_states.iter().any(|s| s.0 == reference)
             }
         };
-        let list = directions(self.h, point.stuck[k]).into_iter().enumerate();
+        let list = directions(self.h, segment, point.stuck[k])
+            .into_iter()
+            .enumerate();
         list.filter(|&(_, i)| !is_known(i)).collect()
     }
 
@@ -447,9 +450,9 @@ impl Beside<'_> {
         let card = &self.card.parameters[amplitude];
         let data = self.problem.data(self.at.segments);
         let (h, origin) = (self.h, &self.without);
-        let lines =
-            response_spectrum::lines(predictor, h, self.card, &data, origin, STRIDE, LINES, None);
-        let independent = response_spectrum::independent_lines(self.card, self.at.segments);
+        let spectrum = ResponseSpectrum::new(predictor, h, self.card, &data, origin, STRIDE);
+        let lines = spectrum.map_or(Vec::new(), |mut s| s.strongest(LINES));
+        let independent = independent_lines(self.card, self.at.segments);
         let runs = h.per_run.len();
         let mut found = Vec::new();
         for line in lines {

@@ -6,6 +6,7 @@ pub mod first_fits;
 pub mod force_spectrum;
 pub mod free_characteristic;
 pub mod multistart;
+pub(crate) mod projected_out;
 pub mod response_spectrum;
 pub(crate) mod responses;
 pub mod score_test;

@@ -10,19 +10,18 @@
 //! values with what is believed of it, as a row more: what they have taken of the line is missed there.
 //!
 //! A fine grid of a long segment would cost the square of its length. Fast lines are therefore looked for in the first
-//! [`MOST_PERIODS`] periods of each segment, so that a grid costs as many motions of a segment however long it is.
+//! [`MOST_PERIODS`](super::projected_out::MOST_PERIODS) periods of each segment, so that a grid costs as many motions of a segment however long it is.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::estimation::fitter::directions;
-use crate::diagnose::estimation::scaled_matrix::scaled_inverse;
+use crate::diagnose::initialisation::projected_out::{Changes, Parts, span, travel_after};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::periodic::{Argument, Line, argument, periodic};
 use crate::diagnose::model::point::Point;
-use crate::diagnose::model::simulator::{Samples, SegmentValues, Simulator};
+use crate::diagnose::model::simulator::{Samples, Simulator};
 use crate::fmu::effect_card::{EffectCard, Role};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Number of frequencies or wave numbers within the bounds of a periodic effect that a campaign can tell apart: their range
@@ -42,10 +41,6 @@ pub fn independent_lines(effect: &EffectCard, segments: &[Segment]) -> f64 {
 /// Steps to each side that count as near a line.
 const NEIGHBOURS: f64 = 5.0;
 
-/// Periods of a line within the part of a segment in which it is looked for. Of so many, what the start state explains takes
-/// a few percent, and a segment of 20 to 40 ms holds no more of the fastest line that an effect of the catalogue may have.
-const MOST_PERIODS: f64 = 16.0;
-
 struct SegmentNormal {
     run: usize,
     middle: f64,
@@ -53,255 +48,203 @@ struct SegmentNormal {
     right: [f64; 2],
 }
 
-/// The strongest lines of a periodic effect around a fitted point, all or those `near` a frequency or wavelength; empty for
-/// other effects.
-#[allow(clippy::too_many_arguments)]
-pub fn lines(
-    simulator: &mut dyn Simulator,
-    h: &Hypothesis,
-    effect: &EffectCard,
-    data: &Observations,
-    point: &Point,
+/// A periodic effect around a fitted point, and what each segment is there without it: its lines.
+pub(crate) struct ResponseSpectrum<'a> {
+    simulator: &'a mut dyn Simulator,
+    h: &'a Hypothesis,
+    data: &'a Observations<'a>,
+    /// The point, the effect so weak that responses are linear.
+    probe: Point,
     stride: usize,
-    most: usize,
-    near: Option<f64>,
-) -> Vec<Line> {
-    let (Some((amplitude, shape)), Some(argument)) = (periodic(effect), argument(effect)) else {
-        return Vec::new();
-    };
-    let index = |i: usize| h.shared_index(&format!("{}.{}", effect.id, effect.parameters[i].name));
-    let (Some(a), Some(f)) = (index(amplitude), index(shape)) else {
-        return Vec::new();
-    };
-    let phase = effect
-        .find_role(Role::Phase)
-        .map(|i| format!("{}.{}", effect.id, effect.parameters[i].name));
-    let place = |own: &Vec<Parameter>| own.iter().position(|k| Some(&k.name) == phase.as_ref());
-    let Some(phases) = h.per_run.iter().map(place).collect::<Option<Vec<_>>>() else {
-        return Vec::new();
-    };
-    let widest = data
-        .segments
-        .iter()
-        .map(|s| span(s, argument, s.time.len()))
-        .fold(0.0, f64::max);
-    let whole = range(data.segments, argument);
-    // As frequency or wave number per unit of the argument.
-    let bounds = &effect.parameters[shape];
-    let (low, high) = if argument == Argument::Time {
-        (bounds.min, bounds.max)
-    } else {
-        (bounds.max.recip(), bounds.min.recip())
-    };
-    let fine = 0.2 / whole;
-    let (low, high) = match near {
-        None => (low.max(0.3 / whole), high),
-        Some(value) => {
-            let wave = if argument == Argument::Time {
-                value
-            } else {
-                value.recip()
-            };
-            (wave - NEIGHBOURS * fine, wave + NEIGHBOURS * fine)
-        }
-    };
-    let mut probe = point.clone();
-    // Weak enough to be linear.
-    probe.shared[a] = 0.001 * effect.parameters[amplitude].typical;
-    let strength = probe.shared[a];
-    let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = (0..data.segments.len())
-        .map(|k| baseline(simulator, data, point, a, k, stride))
-        .collect();
-    let changes: Vec<Option<Changes>> = (0..data.segments.len())
-        .map(|k| {
-            let (y, _) = base[k].as_ref()?;
-            changes(simulator, h, data, point, a, k, stride, y)
-        })
-        .collect();
-    let mut found: Vec<Line> = Vec::new();
-    let mut parts = Parts::of(data.segments, argument, widest, stride, &changes);
-    let mut coarse = 0.5 / widest;
-    let mut centre = low + 0.5 * coarse;
-    while centre - 0.5 * coarse < high {
-        if near.is_none() && parts.shorten_for(centre) {
-            let from = centre - 0.5 * coarse;
-            coarse = 0.5 / parts.widest;
-            centre = from + 0.5 * coarse;
-        }
-        let value = if argument == Argument::Time {
-            centre
-        } else {
-            centre.recip()
+    argument: Argument,
+    /// Places of strength and of frequency or wavelength among the shared parameters.
+    strength: usize,
+    shape: usize,
+    /// Least and largest frequency or wave number per unit of the argument.
+    bounds: (f64, f64),
+    /// Place of each run's phase among its parameters.
+    phases: Vec<usize>,
+    /// Prediction and residual of each segment without the effect.
+    base: Vec<Option<(Vec<f64>, Vec<f64>)>>,
+    /// What is projected out of each.
+    changes: Vec<Option<Changes>>,
+}
+
+impl<'a> ResponseSpectrum<'a> {
+    /// The spectrum around `point`; `None` of an effect that does not repeat.
+    pub fn new(
+        simulator: &'a mut dyn Simulator,
+        h: &'a Hypothesis,
+        effect: &EffectCard,
+        data: &'a Observations<'a>,
+        point: &Point,
+        stride: usize,
+    ) -> Option<Self> {
+        let ((amplitude, shape), argument) = (periodic(effect)?, argument(effect)?);
+        let name = |i: usize| format!("{}.{}", effect.id, effect.parameters[i].name);
+        let strength = h.shared_index(&name(amplitude))?;
+        let of_shape = h.shared_index(&name(shape))?;
+        let phase = effect.find_role(Role::Phase).map(name);
+        let place = |own: &Vec<Parameter>| own.iter().position(|k| Some(&k.name) == phase.as_ref());
+        let phases = h.per_run.iter().map(place).collect::<Option<Vec<_>>>()?;
+        let p = &effect.parameters[shape];
+        let bounds = match argument {
+            Argument::Time => (p.min, p.max),
+            Argument::Travel => (p.max.recip(), p.min.recip()),
         };
-        probe.shared[f] = h.shared[f].position(value);
-        let mut normals = Vec::new();
-        for k in 0..data.segments.len() {
-            let (Some((y, residual)), Some(remove)) = (&base[k], &parts.bases[k]) else {
-                continue;
-            };
-            let segment = &data.segments[k];
-            let used = parts.used[k];
-            let samples = Samples::of(used, stride);
-            let (y, residual) = (&y[..samples.count], &residual[..samples.count]);
-            let beliefs = changes[k].as_ref().map_or(&[][..], |c| &c.beliefs);
-            let mut columns = Vec::new();
-            for angle in [0.0, -0.25 * TAU] {
-                probe.per_run[segment.run][phases[segment.run]] = angle;
-                let mut out = Vec::new();
-                if simulator
-                    .predict(segment, probe.values(k, segment.run), samples, &mut out)
-                    .is_ok_and(|done| done)
-                {
-                    let change = out.iter().zip(y).map(|(b, a)| (b - a) / strength);
-                    let believed = beliefs.iter().map(|_| 0.0);
-                    columns.push(DVector::from_iterator(
-                        y.len() + beliefs.len(),
-                        change.chain(believed),
-                    ));
-                }
-            }
-            if columns.len() < 2 {
-                continue;
-            }
-            let clean: Vec<DVector<f64>> = columns
-                .iter()
-                .map(|c| c - remove * (remove.tr_mul(c)))
-                .collect();
-            let believed = beliefs.iter().map(|b| b.residual);
-            let r = DVector::from_iterator(
-                residual.len() + beliefs.len(),
-                residual.iter().copied().chain(believed),
-            );
-            let r = &r - remove * remove.tr_mul(&r);
-            let noise = data.noise[segment.run];
-            let weight = 1.0 / (noise * noise).max(r.norm_squared() / r.len() as f64);
-            let middle = match argument {
-                Argument::Time => 0.5 * (segment.time[0] + segment.time[used - 1]),
-                Argument::Travel => 0.5 * (segment.travel + travel_after(segment, used)),
-            };
-            normals.push(SegmentNormal {
-                run: segment.run,
-                middle,
-                matrix: std::array::from_fn(|i| {
-                    std::array::from_fn(|j| weight * clean[i].dot(&clean[j]))
-                }),
-                right: std::array::from_fn(|i| weight * clean[i].dot(&r)),
-            });
+        let mut without = point.clone();
+        without.shared[strength] = 0.0;
+        let segments = 0..data.segments.len();
+        let base: Vec<Option<(Vec<f64>, Vec<f64>)>> = segments
+            .clone()
+            .map(|k| baseline(simulator, data, &without, k, stride))
+            .collect();
+        let changes = segments
+            .map(|k| {
+                let (y, _) = base[k].as_ref()?;
+                Changes::of(simulator, h, data, &without, (k, y), stride)
+            })
+            .collect();
+        let mut probe = without;
+        probe.shared[strength] = 0.001 * effect.parameters[amplitude].typical;
+        Some(Self {
+            simulator,
+            h,
+            data,
+            probe,
+            stride,
+            argument,
+            strength,
+            shape: of_shape,
+            bounds,
+            phases,
+            base,
+            changes,
+        })
+    }
+
+    /// Frequencies or wave numbers that the campaign can tell from each other, in five steps.
+    fn fine(&self) -> f64 {
+        0.2 / range(self.data.segments, self.argument)
+    }
+
+    /// The strongest lines of all.
+    pub fn strongest(&mut self, most: usize) -> Vec<Line> {
+        let (low, high) = self.bounds;
+        let whole = range(self.data.segments, self.argument);
+        self.lines((low.max(0.3 / whole), high), most, true)
+    }
+
+    /// The strongest line near a frequency or wavelength.
+    pub fn near(&mut self, value: f64) -> Option<Line> {
+        let wave = self.wave(value);
+        let reach = NEIGHBOURS * self.fine();
+        let found = self.lines((wave - reach, wave + reach), 1, false);
+        found.into_iter().next()
+    }
+
+    /// Frequency or wave number of a frequency or wavelength, and the other way round.
+    fn wave(&self, value: f64) -> f64 {
+        match self.argument {
+            Argument::Time => value,
+            Argument::Travel => value.recip(),
         }
-        let mut shift = -0.5 * coarse;
-        while shift < 0.5 * coarse {
-            let at = centre + shift;
-            if at >= low && at <= high {
-                let (gain, amplitude, phase) = spectrum(&normals, shift, h.per_run.len());
-                let value = if argument == Argument::Time {
-                    at
-                } else {
-                    at.recip()
-                };
-                insert(
-                    &mut found,
-                    Line {
-                        value,
+    }
+
+    /// The strongest lines between two frequencies or wave numbers; with `shortens`, fast ones in the first part of each segment.
+    fn lines(&mut self, (low, high): (f64, f64), most: usize, shortens: bool) -> Vec<Line> {
+        let (data, argument) = (self.data, self.argument);
+        let spans = data.segments.iter();
+        let spans = spans.map(|s| span(s, argument, s.time.len()));
+        let widest = spans.fold(0.0, f64::max);
+        let changes = std::mem::take(&mut self.changes);
+        let mut parts = Parts::of(data.segments, argument, widest, self.stride, &changes);
+        let fine = self.fine();
+        let mut found: Vec<Line> = Vec::new();
+        let mut coarse = 0.5 / widest;
+        let mut centre = low + 0.5 * coarse;
+        while centre - 0.5 * coarse < high {
+            if shortens && parts.shorten_for(centre) {
+                let from = centre - 0.5 * coarse;
+                coarse = 0.5 / parts.widest;
+                centre = from + 0.5 * coarse;
+            }
+            let normals = self.normals(centre, &parts);
+            let mut shift = -0.5 * coarse;
+            while shift < 0.5 * coarse {
+                let at = centre + shift;
+                if at >= low && at <= high {
+                    let (gain, amplitude, phase) = spectrum(&normals, shift, self.h.per_run.len());
+                    let line = Line {
+                        value: self.wave(at),
                         amplitude,
                         phase,
                         gain,
-                    },
-                    most,
-                    fine * 3.0,
-                    argument == Argument::Travel,
-                );
+                    };
+                    let is_length = argument == Argument::Travel;
+                    insert(&mut found, line, most, fine * 3.0, is_length);
+                }
+                shift += fine;
             }
-            shift += fine;
+            centre += coarse;
         }
-        centre += coarse;
+        self.changes = changes;
+        found
     }
-    found
-}
 
-/// Distance in m that belt and tip have moved against each other after the first `used` samples of a segment.
-fn travel_after(segment: &Segment, used: usize) -> f64 {
-    let last = segment.time.len() - 1;
-    if used > last {
-        return segment.travel_end;
+    /// Normal equations of each segment's part for strengths in and out of phase, at a frequency or wave number.
+    fn normals(&mut self, centre: f64, parts: &Parts) -> Vec<SegmentNormal> {
+        let value = self.wave(centre);
+        self.probe.shared[self.shape] = self.h.shared[self.shape].position(value);
+        let segments = 0..self.data.segments.len();
+        segments.filter_map(|k| self.normal(k, parts)).collect()
     }
-    let share = (used - 1) as f64 / last as f64;
-    segment.travel + share * (segment.travel_end - segment.travel)
-}
 
-/// Time in s or distance in m that the first `used` samples of a segment pass through.
-fn span(segment: &Segment, argument: Argument, used: usize) -> f64 {
-    match argument {
-        Argument::Time => segment.time[used - 1] - segment.time[0],
-        Argument::Travel => (travel_after(segment, used) - segment.travel).abs(),
-    }
-}
-
-/// The first part of every segment in which lines are looked for.
-struct Parts<'a> {
-    segments: &'a [Segment],
-    argument: Argument,
-    stride: usize,
-    /// What is projected out, in each segment as a whole.
-    changes: &'a [Option<Changes>],
-    /// Longest part in s or m.
-    widest: f64,
-    /// Samples of each segment in its part.
-    used: Vec<usize>,
-    /// Orthonormal basis of that in each part, with a row for each belief.
-    bases: Vec<Option<DMatrix<f64>>>,
-}
-
-impl<'a> Parts<'a> {
-    /// All of every segment.
-    fn of(
-        segments: &'a [Segment],
-        argument: Argument,
-        widest: f64,
-        stride: usize,
-        changes: &'a [Option<Changes>],
-    ) -> Self {
-        let mut parts = Self {
-            segments,
-            argument,
-            stride,
-            changes,
-            widest,
-            used: segments.iter().map(|s| s.time.len()).collect(),
-            bases: Vec::new(),
+    fn normal(&mut self, k: usize, parts: &Parts) -> Option<SegmentNormal> {
+        let (y, residual) = self.base[k].as_ref()?;
+        let remove = parts.bases[k].as_ref()?;
+        let segment = &self.data.segments[k];
+        let used = parts.used[k];
+        let samples = Samples::of(used, self.stride);
+        let (y, residual) = (&y[..samples.count], &residual[..samples.count]);
+        let beliefs = parts.beliefs(k);
+        let strength = self.probe.shared[self.strength];
+        let mut columns = Vec::new();
+        for angle in [0.0, -0.25 * TAU] {
+            self.probe.per_run[segment.run][self.phases[segment.run]] = angle;
+            let mut out = Vec::new();
+            let values = self.probe.values(k, segment.run);
+            let done = self.simulator.predict(segment, values, samples, &mut out);
+            done.ok().filter(|done| *done)?;
+            let change = out.iter().zip(y).map(|(b, a)| (b - a) / strength);
+            let believed = beliefs.iter().map(|_| 0.0);
+            columns.push(DVector::from_iterator(
+                y.len() + beliefs.len(),
+                change.chain(believed),
+            ));
+        }
+        let all = columns.iter();
+        let clean: Vec<DVector<f64>> = all.map(|c| c - remove * (remove.tr_mul(c))).collect();
+        let believed = beliefs.iter().map(|b| b.residual);
+        let r = DVector::from_iterator(
+            residual.len() + beliefs.len(),
+            residual.iter().copied().chain(believed),
+        );
+        let r = &r - remove * remove.tr_mul(&r);
+        let noise = self.data.noise[segment.run];
+        let weight = 1.0 / (noise * noise).max(r.norm_squared() / r.len() as f64);
+        let middle = match self.argument {
+            Argument::Time => 0.5 * (segment.time[0] + segment.time[used - 1]),
+            Argument::Travel => 0.5 * (segment.travel + travel_after(segment, used)),
         };
-        parts.project();
-        parts
-    }
-
-    /// Halves the parts until they hold no more than [`MOST_PERIODS`] of frequency or wave number `wave`; whether that was
-    /// needed.
-    fn shorten_for(&mut self, wave: f64) -> bool {
-        let before = self.widest;
-        while self.widest * wave > MOST_PERIODS {
-            self.widest *= 0.5;
-        }
-        if self.widest == before {
-            return false;
-        }
-        for (segment, used) in self.segments.iter().zip(&mut self.used) {
-            let whole = span(segment, self.argument, segment.time.len());
-            let wanted = (self.widest / whole).min(1.0) * (segment.time.len() - 1) as f64;
-            *used = (wanted as usize + 1).max(2 * self.stride);
-            *used = (*used).min(segment.time.len());
-        }
-        self.project();
-        true
-    }
-
-    fn project(&mut self) {
-        let of_part = |(changes, used): (&Option<Changes>, &usize)| {
-            let rows = Samples::of(*used, self.stride).count;
-            let part = changes.as_ref()?.of_first(rows);
-            let gram = part.tr_mul(&part);
-            scaled_inverse(&gram, 1e-9)?;
-            Some(part.qr().q())
-        };
-        self.bases = self.changes.iter().zip(&self.used).map(of_part).collect();
+        Some(SegmentNormal {
+            run: segment.run,
+            middle,
+            matrix: std::array::from_fn(|i| {
+                std::array::from_fn(|j| weight * clean[i].dot(&clean[j]))
+            }),
+            right: std::array::from_fn(|i| weight * clean[i].dot(&r)),
+        })
     }
 }
 
@@ -329,26 +272,14 @@ fn baseline(
     simulator: &mut dyn Simulator,
     data: &Observations,
     point: &Point,
-    a: usize,
     k: usize,
     stride: usize,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let segment = &data.segments[k];
-    let mut shared = point.shared.clone();
-    shared[a] = 0.0;
     let mut out = Vec::new();
-    simulator
-        .predict(
-            segment,
-            SegmentValues {
-                shared: &shared,
-                ..point.values(k, segment.run)
-            },
-            Samples::of(segment.time.len(), stride),
-            &mut out,
-        )
-        .ok()
-        .filter(|done| *done)?;
+    let samples = Samples::of(segment.time.len(), stride);
+    let done = simulator.predict(segment, point.values(k, segment.run), samples, &mut out);
+    done.ok().filter(|done| *done)?;
     let residual = out
         .iter()
         .enumerate()
@@ -361,96 +292,6 @@ fn baseline(
         })
         .collect();
     Some((out, residual))
-}
-
-/// What is believed of a value along the belt, as a row of the residual: what the row leaves, in m, and what it weighs, m per unit.
-struct Belief {
-    residual: f64,
-    weight: f64,
-}
-
-/// What is projected out of a segment.
-struct Changes {
-    /// How the prediction changes with start state and values along the belt: samples x (directions + values).
-    matrix: DMatrix<f64>,
-    /// Of the values along the belt.
-    beliefs: Vec<Belief>,
-}
-
-impl Changes {
-    /// The first rows, with one for each belief.
-    fn of_first(&self, rows: usize) -> DMatrix<f64> {
-        let (columns, beliefs) = (self.matrix.ncols(), self.beliefs.len());
-        let mut part = self.matrix.rows(0, rows).into_owned();
-        part = part.insert_rows(rows, beliefs, 0.0);
-        for (i, belief) in self.beliefs.iter().enumerate() {
-            part[(rows + i, columns - beliefs + i)] = belief.weight;
-        }
-        part
-    }
-}
-
-/// What is projected out of segment `k`, whose prediction is `y`.
-#[allow(clippy::too_many_arguments)]
-fn changes(
-    simulator: &mut dyn Simulator,
-    h: &Hypothesis,
-    data: &Observations,
-    point: &Point,
-    a: usize,
-    k: usize,
-    stride: usize,
-    y: &[f64],
-) -> Option<Changes> {
-    let segment = &data.segments[k];
-    let mut shared = point.shared.clone();
-    shared[a] = 0.0;
-    let own = &point.per_run[segment.run];
-    let mut column = |state: &[f64], own: &[f64], step: f64| -> Option<Vec<f64>> {
-        let mut out = Vec::new();
-        let values = SegmentValues {
-            shared: &shared,
-            state,
-            per_run: own,
-            ..point.values(k, segment.run)
-        };
-        let samples = Samples::of(segment.time.len(), stride);
-        let done = simulator.predict(segment, values, samples, &mut out);
-        done.ok().filter(|done| *done)?;
-        Some(out.iter().zip(y).map(|(b, a)| (b - a) / step).collect())
-    };
-    let mut columns = Vec::new();
-    for i in directions(h, point.stuck[k]) {
-        let mut state = point.states[k].clone();
-        let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
-        state[i] += step;
-        columns.push(column(&state, own, step)?);
-    }
-    let mut beliefs = Vec::new();
-    let (from, to) = (
-        segment.travel.min(segment.travel_end),
-        segment.travel.max(segment.travel_end),
-    );
-    for (i, parameter) in h.per_run[segment.run].iter().enumerate() {
-        if !parameter
-            .support
-            .is_some_and(|(low, high)| low < to && from < high)
-        {
-            continue;
-        }
-        let mut moved = own.clone();
-        // Linear too, beside values that move the prediction by hundreds of times the noise.
-        let step = 0.01 * parameter.step;
-        moved[i] += step;
-        columns.push(column(&point.states[k], &moved, step)?);
-        let weight = data.noise[segment.run] / parameter.prior_std;
-        beliefs.push(Belief {
-            residual: weight * (parameter.prior - own[i]),
-            weight,
-        });
-    }
-    let matrix = DMatrix::from_fn(y.len(), columns.len(), |row, c| columns[c][row]);
-    Some(Changes { matrix, beliefs })
 }
 
 /// Gain, amplitude and phases at a frequency shifted by `shift` from the grid's.
@@ -507,41 +348,4 @@ fn insert(found: &mut Vec<Line>, line: Line, most: usize, apart: f64, is_length:
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found.truncate(most);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_what_is_projected_out_is_what_beliefs_leave_to_the_values() {
-        // Source: least squares of start state and value with the belief as a penalty, by their normal equations.
-        let matrix =
-            DMatrix::from_row_slice(5, 2, &[1.0, 0.0, 1.0, 0.5, 1.0, 1.5, 1.0, 0.2, 9.0, 9.0]);
-        let (weight, believed) = (0.7, -0.4);
-        let changes = Changes {
-            matrix: matrix.clone(),
-            beliefs: vec![Belief {
-                residual: weight * believed,
-                weight,
-            }],
-        };
-        let residual = [0.3, -1.0, 2.0, 0.6];
-        let part = changes.of_first(4);
-        assert_eq!(part.shape(), (5, 2));
-        let basis = part.qr().q();
-        let r = DVector::from_row_slice(&[0.3, -1.0, 2.0, 0.6, weight * believed]);
-        let left = (&r - &basis * basis.tr_mul(&r)).norm_squared();
-
-        let a = matrix.rows(0, 4).into_owned();
-        let y = DVector::from_row_slice(&residual);
-        let mut normal = a.tr_mul(&a);
-        normal[(1, 1)] += weight * weight;
-        let mut right = a.tr_mul(&y);
-        right[1] += weight * weight * believed;
-        let x = normal.lu().solve(&right).expect("regular");
-        let penalty = (weight * (believed - x[1])).powi(2);
-        let expected = (y - a * &x).norm_squared() + penalty;
-        assert!((left - expected).abs() < 1e-12, "{left} {expected}");
-    }
 }

@@ -13,7 +13,7 @@ use crate::diagnose::estimation::sensitivities::{Known, Linear};
 use crate::diagnose::initialisation::expected_gain::{
     Gain, gain, gain_of_curve, gain_of_line, gain_of_profile,
 };
-use crate::diagnose::initialisation::response_spectrum;
+use crate::diagnose::initialisation::response_spectrum::{ResponseSpectrum, independent_lines};
 use crate::diagnose::initialisation::starts::at as on_line;
 use crate::diagnose::model::belt_profile::{Roughness, is_profile, tried_lengths};
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
@@ -283,32 +283,22 @@ impl<'a> ScoreTest<'a> {
     /// The strongest lines of what repeats.
     fn lines(&mut self, at: &At) -> Vec<Line> {
         let (point, data) = (self.without(at), self.problem.data(at.segments));
-        response_spectrum::lines(
-            &mut self.predictor,
-            self.h,
-            self.card,
-            &data,
-            &point,
-            STRIDE,
-            SEEN_LINES,
-            None,
-        )
+        let (predictor, h, card) = (&mut self.predictor, self.h, self.card);
+        let spectrum = ResponseSpectrum::new(predictor, h, card, &data, &point, STRIDE);
+        spectrum.map_or(Vec::new(), |mut s| s.strongest(SEEN_LINES))
     }
 
     /// What repeats, at the line near these that gains most.
     fn of_lines(&mut self, lines: &[Line], at: &At) -> Promise {
         let (point, data) = (self.without(at), self.problem.data(at.segments));
-        let tested = lines.iter().filter_map(|line| {
-            let near = Some(line.value);
-            let (h, card) = (self.h, self.card);
-            let again =
-                response_spectrum::lines(&mut self.predictor, h, card, &data, &point, 1, 1, near);
-            again.into_iter().next()
-        });
+        let (predictor, h, card) = (&mut self.predictor, self.h, self.card);
+        let mut spectrum = ResponseSpectrum::new(predictor, h, card, &data, &point, 1);
+        let tested = lines.iter();
+        let tested = tested.filter_map(|line| spectrum.as_mut()?.near(line.value));
         let line = tested.max_by(|a, b| a.gain.total_cmp(&b.gain));
         let fall = line.as_ref().map_or(0.0, |line| line.gain);
         let start = line.and_then(|line| on_line(self.h, self.card, &point, &line));
-        let independent = response_spectrum::independent_lines(self.card, at.segments);
+        let independent = independent_lines(self.card, at.segments);
         Promise {
             gain: gain_of_line(fall, independent, self.problem.fitted_runs()),
             fall,
@@ -365,7 +355,7 @@ impl<'a> ScoreTest<'a> {
             |(_, p): &(usize, &Parameter)| p.support.is_some() && p.name.starts_with(&own);
         let values: Vec<usize> = all.enumerate().filter(is_value).map(|(i, _)| i).collect();
         let believed = h.choices.last()?.roughness.std;
-        let (mut matrix, gradient) = self.reduced(&point, at);
+        let (mut matrix, gradient) = self.reduced(&point, at, None);
         // The values are zero here, so that their belief has no part in the gradient.
         for &i in &values {
             matrix[(i, i)] -= believed.powi(-2);
@@ -388,7 +378,7 @@ impl<'a> ScoreTest<'a> {
     fn of_values(&mut self, mut point: Point, at: &At) -> Option<Promise> {
         let curve = self.of_curve(Kind::Latent);
         point.shared[*curve.first()?] = BARELY_ON;
-        let (matrix, gradient) = self.reduced(&point, at);
+        let (matrix, gradient) = self.reduced(&point, at, None);
         let (gain, fall) = gain_of_curve(&matrix, &gradient, &curve)?;
         Some(Promise {
             gain,
@@ -403,7 +393,7 @@ impl<'a> ScoreTest<'a> {
         let (strength, c) = self.strength()?;
         let (parameter, p) = (&self.h.shared[c], &self.card.parameters[strength]);
         point.shared[c] = parameter.clamp(parameter.position(BARELY_ON * p.typical));
-        let (mut matrix, mut gradient) = self.reduced(&point, at);
+        let (mut matrix, mut gradient) = self.reduced(&point, at, Some(c));
         let u = point.shared[c];
         // What is believed of it beforehand counts in the price alone.
         let precision = parameter.prior_std.powi(-2);
@@ -447,11 +437,17 @@ impl<'a> ScoreTest<'a> {
         })
     }
 
-    /// Information and descent by all parameters, start states projected out.
-    fn reduced(&mut self, point: &Point, at: &At) -> (DMatrix<f64>, DVector<f64>) {
+    /// Information and descent by all parameters, start states projected out; of what the effect has by its `strength` alone, where it
+    /// has one.
+    fn reduced(
+        &mut self,
+        point: &Point,
+        at: &At,
+        strength: Option<usize>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
         let data = self.problem.data(at.segments);
         let mut fitter = Fitter::new(&mut self.predictor, self.h, &data, one_step());
-        fitter.reduced_beside(at.known(), point.clone())
+        fitter.reduced_beside(at.known(), point.clone(), strength)
     }
 }
 

@@ -6,8 +6,9 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{FitOptions, STRIDE};
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::estimation::nesting::widen;
+use crate::diagnose::initialisation::force_spectrum;
+use crate::diagnose::initialisation::response_spectrum::ResponseSpectrum;
 use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, Nuisances, SearchOptions};
-use crate::diagnose::initialisation::{force_spectrum, response_spectrum};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::{Line, argument, periodic};
@@ -313,9 +314,8 @@ fn periodic_starts(
         let range = (effect.parameters[shape].min, effect.parameters[shape].max);
         lines = force_spectrum::lines(problem, argument, range, FORCE_LINES);
     }
-    lines.extend(response_spectrum::lines(
-        predictor, h, effect, data, from_base, STRIDE, LINES, None,
-    ));
+    let spectrum = ResponseSpectrum::new(predictor, h, effect, data, from_base, STRIDE);
+    lines.extend(spectrum.map_or(Vec::new(), |mut s| s.strongest(LINES)));
     let mut out = Vec::new();
     for (i, line) in lines.iter().enumerate() {
         if i < fresh_lines {

@@ -16,12 +16,14 @@
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
+use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
+use crate::diagnose::model::variants::unknown;
 use crate::diagnose::selection::decision::log_posterior;
-use crate::diagnose::selection::extension::one_further;
+use crate::diagnose::selection::extension::{one_further, price};
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::further_fits::POLISH;
 use crate::diagnose::selection::outcome::Selection;
@@ -33,8 +35,10 @@ use crate::watch::Watch;
 
 /// Hypotheses of the search before that are compared again: as many as are judged on what was kept out.
 const COMPARED: usize = 8;
-/// Unknown functions that are compared with what has a name: the best of each of two places.
+/// Unknown functions that are compared with what has a name: of those found before the best of each of two places, ...
 const CURVES: usize = 2;
+/// ... and those that promise most with the noise that counts now, two for each of two processors.
+const PROMISED: usize = 4;
 /// Effects of one hypothesis at most.
 const MOST_EFFECTS: usize = 4;
 
@@ -156,14 +160,8 @@ fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> R
         .map(|(_, m)| m.clone())
         .collect();
     known.insert(0, selection.calibrated.clone());
-    let curves: Vec<FittedModel> = by_error(selection)
-        .into_iter()
-        .filter(|m| !has_names(problem, m))
-        .take(CURVES)
-        .cloned()
-        .collect();
-    let curves = parallel(&curves, |model| screen.further(model, POLISH))?;
     let mut models = parallel(&known, |model| screen.further(model, POLISH))?;
+    let curves = curves(problem, &screen, selection, &models[0], watch)?;
     let mut led: Vec<Vec<Choice>> = Vec::new();
     while !watch.stop() {
         let leader = most_probable(problem, &models);
@@ -191,6 +189,39 @@ fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> R
     selection.tested.clear();
     selection.is_incomplete = true;
     Ok(())
+}
+
+/// Unknown functions, fitted: the best that were found before, and those of which a score test beside the calibrated model promises most.
+/// Before, the search counted with the sensor's noise, far from which such a test says little.
+fn curves(
+    problem: &Problem,
+    screen: &Screen,
+    selection: &Selection,
+    calibrated: &FittedModel,
+    watch: &dyn Watch,
+) -> Result<Vec<FittedModel>, Error> {
+    let found: Vec<FittedModel> = by_error(selection)
+        .into_iter()
+        .filter(|m| !has_names(problem, m))
+        .take(CURVES)
+        .cloned()
+        .collect();
+    let mut curves = parallel(&found, |model| screen.further(model, POLISH))?;
+    let jobs = unknown(problem).into_iter().map(|c| vec![c]).collect();
+    let price = price(problem, 0);
+    let promising: Vec<(Vec<Choice>, Promise)> = screen
+        .by_promise(jobs, calibrated, watch)?
+        .into_iter()
+        .filter_map(|(choices, promise)| Some((choices, promise?)))
+        .filter(|(_, promise)| promise.gain > price)
+        .take(PROMISED)
+        .collect();
+    let promised = parallel(&promising, |(choices, promise)| {
+        let there = screen.fitted_from(&promise.choices(choices), promise.start.clone())?;
+        screen.with_told_smoothness(screen.further(&there, POLISH)?)
+    })?;
+    screen.keep_better(&mut curves, promised);
+    Ok(curves)
 }
 
 /// Whether all effects of a model are those of catalogue and library.
