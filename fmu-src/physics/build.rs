@@ -7,9 +7,8 @@ use std::{env, fs, path::Path};
 const NOT_EFFECTS: [&str; 2] = ["mod", "series"];
 
 fn main() {
-    // Relative to the package's neighbour, since beam-tangent compiles these files too.
-    let folder = Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo"))
-        .join("../physics/src/effects");
+    let folder =
+        Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo")).join("src/effects");
     println!("cargo:rerun-if-changed={}", folder.display());
     let mut names: Vec<String> = fs::read_dir(&folder)
         .expect("the folder of effects exists")

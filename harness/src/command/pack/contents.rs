@@ -45,9 +45,9 @@ pub fn licenses() -> impl Iterator<Item = Entry> {
         ("license.txt", include_bytes!("license.txt")),
         (
             "license_apache.txt",
-            include_bytes!("../../../../LICENSE-APACHE"),
+            include_bytes!("../../../LICENSE-APACHE"),
         ),
-        ("license_mit.txt", include_bytes!("../../../../LICENSE-MIT")),
+        ("license_mit.txt", include_bytes!("../../../LICENSE-MIT")),
         ("third_party.txt", include_bytes!("third_party.txt")),
     ];
     texts

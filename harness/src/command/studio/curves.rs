@@ -386,7 +386,6 @@ mod tests {
             travel_end: 0.5,
             belt_distance: 0.0,
             state: Vec::new(),
-            goes_on: false,
             time,
         };
         // Slip at 0.1 m/s against the belt for 5 ms, stick for 10 ms, slip.

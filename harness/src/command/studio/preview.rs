@@ -118,15 +118,9 @@ impl Base {
         (&self.hypothesis, &self.starts)
     }
 
-    /// A better start of `segment`, the `k`-th of all, than `state`, where `residual` is left.
-    fn correct(
-        &self,
-        (k, segment): (usize, &Segment),
-        residual: &[f64],
-        stuck: bool,
-        state: &mut [f64],
-    ) {
-        let list = directions(&self.hypothesis, segment, stuck);
+    /// A better start of segment `k` than that in `point`, where `residual` is left.
+    fn correct(&self, k: usize, residual: &[f64], stuck: bool, state: &mut [f64]) {
+        let list = directions(&self.hypothesis, stuck);
         if let Some(matrix) = &self.corrections[k]
             && matrix.ncols() == residual.len()
             && matrix.nrows() == list.len()
@@ -167,8 +161,7 @@ pub fn quick(
             let mut better = here.point.clone();
             for (k, residual) in here.residual.iter().enumerate() {
                 if let Some(residual) = residual {
-                    let of = (first + k, &segments[k]);
-                    base.correct(of, residual, better.stuck[k], &mut better.states[k]);
+                    base.correct(first + k, residual, better.stuck[k], &mut better.states[k]);
                 }
             }
             let there = fitter.evaluate(better);

@@ -39,8 +39,6 @@ pub struct Segment {
     pub belt_distance: f64,
     /// Smoothed modal displacements in m and velocities in m/s: q_1, q_1', q_2, q_2', ...
     pub state: Vec<f64>,
-    /// Whether the states of effects go on from the segment before, and are no start values of its own.
-    pub goes_on: bool,
 }
 
 /// What a further sensor read, over a scale that gives its noise the size of the first sensor's: so all count alike in one sum of squares.
@@ -251,7 +249,6 @@ impl<'a> Record<'a> {
             travel_end: self.travel(last),
             belt_distance: self.belt_distance(first),
             state: modes.flat_map(|(q, v)| [q[slot], v[slot]]).collect(),
-            goes_on: false,
         }
     }
 }
@@ -309,8 +306,7 @@ pub fn cut(
 }
 
 impl Segment {
-    /// Whether the segment begins no further behind another of its run than that one is long: across a longer gap a model that is not
-    /// adequate leads nowhere.
+    /// Whether the segment begins no further behind another of its run than that one is long.
     pub fn follows(&self, before: &Segment) -> bool {
         self.run == before.run && self.first <= before.first + 2 * before.time.len()
     }

@@ -16,42 +16,19 @@ impl Fitter<'_, '_> {
     /// where the motion ran away.
     pub(crate) fn carried_on(&mut self, k: usize, point: &Point) -> Option<SegmentStart> {
         let before = k.checked_sub(1)?;
-        if self.data.segments[before].run != self.data.segments[k].run {
+        let (from, to) = (&self.data.segments[before], &self.data.segments[k]);
+        if from.run != to.run {
             return None;
         }
         let residual = self.residual(before, point)?;
-        self.carried_from(k, &residual, point)
-    }
-
-    /// The same where the segment before was predicted just now, which left this residual.
-    fn carried_from(&mut self, k: usize, residual: &[f64], point: &Point) -> Option<SegmentStart> {
-        let (before, to) = (&self.data.segments[k - 1], &self.data.segments[k]);
-        let rows = self.used(before).div_ceil(self.options.stride);
-        if self.predicted(k - 1, residual) < rows {
+        let rows = self.used(from).div_ceil(self.options.stride);
+        if self.predicted(before, &residual) < rows {
             return None;
         }
         let own = &point.per_run[to.run];
         let carried = self.simulator.carry_on(to, &point.shared, own).ok()?;
         let is_finite = carried.state.iter().all(|x| x.is_finite());
         is_finite.then_some(carried)
-    }
-
-    /// Lets the states of effects at the beginning of segment `k` be what the segment before leads to, where they go on from there. That
-    /// one was predicted just now and left the residual `before`; where it ran away they stay.
-    pub(crate) fn go_on(&mut self, k: usize, before: Option<&Option<Vec<f64>>>, point: &mut Point) {
-        let to = &self.data.segments[k];
-        let modal = 2 * self.hypothesis.modes;
-        let (true, true, Some(Some(residual))) =
-            (to.goes_on, !self.hypothesis.extra_states.is_empty(), before)
-        else {
-            return;
-        };
-        if !to.follows(&self.data.segments[k - 1]) {
-            return;
-        }
-        if let Some(carried) = self.carried_from(k, residual, point) {
-            point.states[k][modal..].copy_from_slice(&carried.state[modal..]);
-        }
     }
 
     /// That of the draws of the start of the segment before with which segment `k` is met best, as it arrives there; `None` where the

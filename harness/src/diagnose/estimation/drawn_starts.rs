@@ -59,7 +59,7 @@ impl Fitter<'_, '_> {
         let noise = self.data.noise[self.data.segments[k].run];
         let variance = (sum_of_squares(&residual) / self.count(k)).max(noise * noise);
         let l = self.linearise(k, point, residual?, Turned::State);
-        let directions = directions(self.hypothesis, &self.data.segments[k], point.stuck[k]);
+        let directions = directions(self.hypothesis, point.stuck[k]);
         let mut information = l.states.tr_mul(&l.states);
         let mut unused = DVector::zeros(directions.len());
         let state = &point.states[k];

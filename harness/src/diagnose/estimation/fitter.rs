@@ -28,14 +28,10 @@ const SURE: f64 = 1.5;
 /// Share of the segments, those that fit worst, that fits are compared without.
 pub(crate) const TRIMMED: f64 = 0.2;
 
-/// Directions in which a segment's start state may move.
-pub(crate) fn directions(h: &Hypothesis, segment: &Segment, stuck: bool) -> Vec<usize> {
+/// Directions in which a segment's start state may move: index of the state and its scale.
+pub(crate) fn directions(h: &Hypothesis, stuck: bool) -> Vec<usize> {
     let modal = 2 * h.modes;
-    let of_effects = match segment.goes_on {
-        true => 0,
-        false => h.extra_states.len(),
-    };
-    (0..modal + of_effects)
+    (0..modal + h.extra_states.len())
         // In rigid stick the first modal velocity follows from v_r = 0.
         .filter(|&i| !(stuck && !h.has_memory && i == 1))
         .collect()
@@ -368,12 +364,10 @@ impl<'a, 'b> Fitter<'a, 'b> {
     }
 
     /// Predicts every segment at a point.
-    pub(crate) fn evaluate(&mut self, mut point: Point) -> Place {
-        let mut residual: Vec<Option<Vec<f64>>> = Vec::new();
-        for k in 0..self.data.segments.len() {
-            self.go_on(k, residual.last(), &mut point);
-            residual.push(self.residual(k, &point));
-        }
+    pub(crate) fn evaluate(&mut self, point: Point) -> Place {
+        let residual: Vec<Option<Vec<f64>>> = (0..self.data.segments.len())
+            .map(|k| self.residual(k, &point))
+            .collect();
         let mut place = Place {
             sums: residual.iter().map(sum_of_squares).collect(),
             point,

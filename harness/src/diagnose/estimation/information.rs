@@ -40,13 +40,12 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
         let mut fall_of_starts = 0.0;
         for (k, l) in linear.iter().enumerate().filter(|(k, _)| kept[*k]) {
             let Some(l) = l else { continue };
-            let segment = &fitter.data.segments[k];
-            let run = segment.run;
+            let run = fitter.data.segments[k].run;
             let first = own_first[run];
             let own = first..first + h.per_run[run].len();
             let columns: Vec<usize> = (0..h.shared.len()).chain(own).collect();
             let weight = fitter.weight(k, here.sums[k]);
-            let list = directions(h, segment, here.point.stuck[k]);
+            let list = directions(h, here.point.stuck[k]);
             let believed = state_precision(fitter, &list);
             let state: Vec<f64> = list.iter().map(|&i| here.point.states[k][i]).collect();
             let (of_segment, descent, fall) = projected(l, weight, (&believed, &state));
@@ -144,7 +143,7 @@ impl<'i, 'a, 'b> Information<'i, 'a, 'b> {
     fn start(&self, k: usize, linear: &Linear) -> StartState {
         let f = self.fitter;
         let h = f.hypothesis;
-        let list = directions(h, &f.data.segments[k], self.here.point.stuck[k]);
+        let list = directions(h, self.here.point.stuck[k]);
         let spread = STATE_SPREAD * f.data.noise[f.data.segments[k].run];
         let modal = h.state_scales.len();
         let scale = list.iter().map(|&i| match h.state_scales.get(i) {

@@ -141,7 +141,7 @@ impl Fitter<'_, '_> {
                 break;
             };
             let l = self.linearise(k, point, residual, Turned::State);
-            let list = directions(self.hypothesis, &self.data.segments[k], point.stuck[k]);
+            let list = directions(self.hypothesis, point.stuck[k]);
             let mut xx = l.states.tr_mul(&l.states);
             let mut gx = l.states.tr_mul(&DVector::from_vec(l.residual));
             self.add_state_prior(

@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt on the equivalent weighted least squares, with Broyden's updates between Jacobians.
 
 use crate::diagnose::estimation::fit::{Fit, MOST_OVER_EXPECTED};
-use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions, sum_of_squares};
+use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, sum_of_squares};
 use crate::diagnose::estimation::information::Information;
 use crate::diagnose::estimation::normal_equations::Normal;
 use crate::diagnose::estimation::sensitivities::{Known, Linear, Turned};
@@ -276,14 +276,10 @@ impl Fitter<'_, '_> {
         // Losses so far, the smallest first.
         let mut losses: Vec<f64> = Vec::with_capacity(count);
         for k in 0..count {
-            self.go_on(k, residuals.last(), &mut point);
             let mut residual = self.residual(k, &point);
             let mut sum = sum_of_squares(&residual);
             if sum > LOST * old.sums[k] {
-                let new = point.states[k].clone();
-                for i in directions(self.hypothesis, &self.data.segments[k], point.stuck[k]) {
-                    point.states[k][i] = old.point.states[k][i];
-                }
+                let new = std::mem::replace(&mut point.states[k], old.point.states[k].clone());
                 let again = self.residual(k, &point);
                 let sum_again = sum_of_squares(&again);
                 if sum_again < sum {

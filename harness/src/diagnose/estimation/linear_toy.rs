@@ -183,7 +183,6 @@ pub(crate) fn segments_of(motion: impl Fn(f64, f64) -> f64) -> Vec<Segment> {
                 travel_end: 0.0,
                 belt_distance: 0.0,
                 state: vec![0.0; 2],
-                goes_on: false,
                 time,
             });
         }

@@ -19,8 +19,6 @@ pub mod levenberg_marquardt;
 pub mod likelihood;
 #[cfg(test)]
 mod linear_toy;
-#[cfg(test)]
-mod memory_toy;
 pub mod nesting;
 pub mod normal_equations;
 pub mod run_parameters;

@@ -52,7 +52,7 @@ impl Normal {
             };
             let weight = f.weight(k, sums[k]);
             let r = DVector::from_column_slice(&l.residual);
-            let list = directions(h, segment, point.stuck[k]);
+            let list = directions(h, point.stuck[k]);
             let states = l.states.tr_mul(&l.states);
             let mut xx = weight * states;
             let mut gx = weight * l.states.tr_mul(&r);

@@ -1,6 +1,5 @@
 //! Derivatives of a segment's prediction by its start state and by the parameters.
 
-use crate::diagnose::data::segment::Segment;
 use crate::diagnose::estimation::fitter::{Fitter, LOST, Place, directions};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::parameter::Parameter;
@@ -48,7 +47,8 @@ impl Known<'_> {
     /// Copies the derivative by what `turn` is in a larger hypothesis; whether the smaller one has it.
     fn put(
         self,
-        (k, segment): (usize, &Segment),
+        k: usize,
+        run: usize,
         larger: &Hypothesis,
         turn: Turn,
         column: &mut [f64],
@@ -64,7 +64,7 @@ impl Known<'_> {
             Turn::Shared(c) => {
                 same(&h.shared, &larger.shared[c]).map(|i| linear.parameters.column(i))
             }
-            Turn::PerRun(c) => same(&h.per_run[segment.run], &larger.per_run[segment.run][c])
+            Turn::PerRun(c) => same(&h.per_run[run], &larger.per_run[run][c])
                 .map(|i| linear.parameters.column(h.shared.len() + i)),
             Turn::State(i) => {
                 let modal = 2 * larger.modes;
@@ -76,7 +76,7 @@ impl Known<'_> {
                         same.map(|j| modal + j)
                     }
                 };
-                let list = directions(h, segment, self.stuck[k]);
+                let list = directions(h, self.stuck[k]);
                 let place = own.and_then(|own| list.iter().position(|&j| j == own));
                 place.map(|c| linear.states.column(c))
             }
@@ -118,7 +118,7 @@ impl Fitter<'_, '_> {
         let n = residual.len();
         let rows = n / (1 + segment.further.len());
         let predicted = self.predicted(k, &residual);
-        let list = directions(h, segment, point.stuck[k]);
+        let list = directions(h, point.stuck[k]);
         let per_run = h.per_run[segment.run].len();
         let mut states = DMatrix::zeros(n, list.len());
         let mut parameters = DMatrix::zeros(n, h.shared.len() + per_run);
@@ -174,7 +174,7 @@ impl Fitter<'_, '_> {
                     Turn::State(_) => states.column_mut(place(turn)),
                     _ => parameters.column_mut(place(turn)),
                 };
-                let is_known = known.put((k, segment), h, turn, column.as_mut_slice());
+                let is_known = known.put(k, segment.run, h, turn, column.as_mut_slice());
                 !is_known && leaves_trace(turn)
             });
         }
@@ -423,7 +423,7 @@ impl Fitter<'_, '_> {
             let difference = |a: &[f64], b: &[f64], i: usize| b[i] - a[i];
             let states = DVector::from_iterator(
                 l.states.ncols(),
-                directions(h, &segments[k], old.point.stuck[k])
+                directions(h, old.point.stuck[k])
                     .into_iter()
                     .map(|i| difference(&old.point.states[k], &new.point.states[k], i)),
             );

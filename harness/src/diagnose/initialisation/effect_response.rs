@@ -351,8 +351,7 @@ impl Beside<'_> {
     /// rigid: places among its directions, and which of the state they are.
     fn added_states(&self, k: usize, point: &Point) -> Vec<(usize, usize)> {
         let known = &self.at.base.hypothesis;
-        let segment = &self.at.segments[k];
-        let of_known = directions(known, segment, self.at.base.fit.point.stuck[k]);
+        let of_known = directions(known, self.at.base.fit.point.stuck[k]);
         let modal = self.h.state_scales.len();
         let is_known = |i: usize| match i.checked_sub(modal) {
             None => of_known.contains(&i),
@@ -361,9 +360,7 @@ impl Beside<'_> {
                 known.extra_states.iter().any(|s| s.0 == reference)
             }
         };
-        let list = directions(self.h, segment, point.stuck[k])
-            .into_iter()
-            .enumerate();
+        let list = directions(self.h, point.stuck[k]).into_iter().enumerate();
         list.filter(|&(_, i)| !is_known(i)).collect()
     }
 

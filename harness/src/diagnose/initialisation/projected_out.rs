@@ -144,7 +144,7 @@ impl Changes {
             Some(out.iter().zip(y).map(|(b, a)| (b - a) / step).collect())
         };
         let mut columns = Vec::new();
-        for i in directions(h, segment, point.stuck[k]) {
+        for i in directions(h, point.stuck[k]) {
             let mut state = point.states[k].clone();
             let step = if i % 2 == 0 { 1e-8 } else { 1e-5 };
             state[i] += step;

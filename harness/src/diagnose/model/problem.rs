@@ -130,8 +130,6 @@ pub struct Problem<'a> {
     pub noise: Vec<f64>,
     /// Noise of each run that fits count with: the sensor's, or more where friction scatters.
     fit_noise: Vec<f64>,
-    /// Whether the states of effects go on from segment to segment ([`Self::count_with`]).
-    states_go_on: bool,
     /// Standard deviation of what each run measured.
     pub spread: Vec<f64>,
     /// What each run passes of the belt.
@@ -284,7 +282,6 @@ impl<'a> Problem<'a> {
             ratios,
             references,
             fit_noise: noise.iter().map(|n| n * roughness).collect(),
-            states_go_on: false,
             noise,
             spread: campaign
                 .runs
@@ -369,15 +366,12 @@ impl<'a> Problem<'a> {
     /// Makes fits count with the sensor's noise, as they may where a model explains the data.
     pub fn trust_sensor(&mut self) {
         self.fit_noise.clone_from(&self.noise);
-        self.states_go_on = false;
     }
 
     /// Makes fits count with these standard deviations of the first sensor, one for each run, and further ones `of_further` times as uncertain
-    /// beside it, run by run: with what nobody modelled. The states of effects go on from segment to segment then. With start values of its
-    /// own in each segment a slow memory would be another force in each, which takes up whatever is not modelled, and is no memory.
+    /// beside it, run by run.
     pub fn count_with(&mut self, noise: Vec<f64>, of_further: &[Vec<f64>]) {
         self.fit_noise = noise;
-        self.states_go_on = true;
         for segment in &mut self.segments {
             for part in &mut segment.further {
                 part.loosen(of_further[segment.run][part.sensor]);
@@ -431,15 +425,7 @@ impl<'a> Problem<'a> {
 
     /// Copies of the segments with these indices.
     pub fn copies(&self, indices: &[usize]) -> Vec<Segment> {
-        let copy = |(place, &k): (usize, &usize)| {
-            let before = place.checked_sub(1).map(|i| &self.segments[indices[i]]);
-            let segment = &self.segments[k];
-            Segment {
-                goes_on: self.states_go_on && before.is_some_and(|before| segment.follows(before)),
-                ..segment.clone()
-            }
-        };
-        indices.iter().enumerate().map(copy).collect()
+        indices.iter().map(|&k| self.segments[k].clone()).collect()
     }
 
     /// Segments of the runs that are fitted; with `every` > 1, groups of neighbours taken evenly,

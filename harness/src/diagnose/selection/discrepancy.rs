@@ -10,9 +10,10 @@
 //!
 //! so that n samples say as much as n / tau independent ones with the error s. With that noise hypotheses compare by their
 //! evidence as elsewhere, and effects are added one after another while a score test finds one that is worth its price.
-//! The best at first is the best of what has a name and starts segments with the structure's states alone. A memory that fades slowly is another
-//! constant force in each segment: it takes up what is not modelled, whatever that is, and with the little that it leaves it would be
-//! believed for that alone. What is most probable then tells the noise anew, until it leaves no less.
+//! The best at first is the best of what has a name and starts segments with the structure's states alone. What is most probable then tells
+//! the noise anew, until it leaves no less. A memory that does not fade within a segment takes no part: with a start value of its own in
+//! each it is another force in each, which takes up what is not modelled, whatever that is, and of its law the data say nothing
+//! ([`super::fading`]).
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
@@ -152,15 +153,17 @@ pub fn explain_most(
 fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> Result<(), Error> {
     let screen = Screen::new(problem);
     let of_reference = reference(problem, selection).choices.clone();
-    let mut known: Vec<FittedModel> = by_error(selection)
+    let named: Vec<FittedModel> = by_error(selection)
         .into_iter()
         .filter(|m| !m.is_local() && !m.choices.is_empty() && has_names(problem, m))
-        .enumerate()
-        .filter(|(place, m)| *place < COMPARED || m.choices == of_reference)
-        .map(|(_, m)| m.clone())
+        .cloned()
         .collect();
-    known.insert(0, selection.calibrated.clone());
-    let mut models = parallel(&known, |model| screen.further(model, POLISH))?;
+    let compared = screen.fading(named)?.into_iter().enumerate();
+    let compared = compared.filter(|(place, m)| *place < COMPARED || m.choices == of_reference);
+    let calibrated = std::iter::once(selection.calibrated.clone());
+    let known: Vec<FittedModel> = calibrated.chain(compared.map(|(_, m)| m)).collect();
+    let models = parallel(&known, |model| screen.further(model, POLISH))?;
+    let mut models = screen.fading(models)?;
     let curves = curves(problem, &screen, selection, &models[0], watch)?;
     let mut led: Vec<Vec<Choice>> = Vec::new();
     while !watch.stop() {
@@ -171,7 +174,7 @@ fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> R
         watch.step(&name(problem, &leader.choices), led.len(), MOST_EFFECTS);
         led.push(leader.choices.clone());
         let new = one_further(&screen, leader, POLISH, watch)?;
-        screen.keep_better(&mut models, new);
+        screen.keep_better(&mut models, screen.fading(new)?);
     }
     // What has no name must have more evidence than all that has one, its constants priced.
     screen.keep_better(&mut models, curves);
@@ -221,7 +224,7 @@ fn curves(
         screen.with_told_smoothness(screen.further(&there, POLISH)?)
     })?;
     screen.keep_better(&mut curves, promised);
-    Ok(curves)
+    screen.fading(curves)
 }
 
 /// Whether all effects of a model are those of catalogue and library.

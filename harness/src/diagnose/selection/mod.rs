@@ -7,6 +7,7 @@ pub mod decision;
 pub mod discrepancy;
 pub mod elimination;
 pub mod extension;
+mod fading;
 pub mod fitted_model;
 pub mod follow;
 pub mod forms;

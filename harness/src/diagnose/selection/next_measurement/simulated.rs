@@ -75,7 +75,6 @@ pub(crate) fn simulated(
         travel_end: 0.0,
         belt_distance: 0.0,
         state,
-        goes_on: false,
     };
     let mut predictor = Predictor::new(
         problem.fmu,
