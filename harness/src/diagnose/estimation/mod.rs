@@ -19,6 +19,7 @@ pub mod levenberg_marquardt;
 pub mod likelihood;
 #[cfg(test)]
 mod linear_toy;
+mod memory_left;
 pub mod nesting;
 pub mod normal_equations;
 pub mod run_parameters;
