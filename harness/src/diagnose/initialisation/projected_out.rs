@@ -99,6 +99,7 @@ impl<'a> Parts<'a> {
         };
         self.bases = self.changes.iter().zip(&self.used).map(of_part).collect();
     }
+
     /// What is believed of the values along the belt in segment `k`.
     pub fn beliefs(&self, k: usize) -> &[Belief] {
         self.changes[k].as_ref().map_or(&[], |c| &c.beliefs)
