@@ -187,23 +187,18 @@ impl Fitter<'_, '_> {
 
     /// Information matrix and descent of the objective by the parameters at a point, each segment's start state projected out.
     /// Residuals and derivatives by what a smaller hypothesis has are those known at its point; `point` differs from that by so little
-    /// of an effect that they are the same. Of one with a `strength`, the shared parameter of this index, nothing else counts.
+    /// of an effect that they are the same.
     pub(crate) fn reduced_beside(
         &mut self,
         known: Known,
         point: Point,
-        strength: Option<usize>,
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let turned = match strength {
-            Some(strength) => Turned::Weakly(known, strength),
-            None => Turned::Beside(known),
-        };
         let residual = |l: &Option<Linear>| l.as_ref().map(|l| l.residual.clone());
         let residual: Vec<Option<Vec<f64>>> = known.linear.iter().map(residual).collect();
         let linear: Vec<Option<Linear>> = residual
             .iter()
             .enumerate()
-            .map(|(k, r)| Some(self.linearise(k, &point, r.clone()?, turned)))
+            .map(|(k, r)| Some(self.linearise(k, &point, r.clone()?, Turned::Beside(known))))
             .collect();
         let here = Place {
             sums: residual.iter().map(sum_of_squares).collect(),

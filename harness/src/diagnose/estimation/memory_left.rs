@@ -1,8 +1,10 @@
 //! What of the start values of effects' states is left at the end of a segment.
 //!
 //! ```text
-//! share = |z_end(z + d) - z_end(z)| / |d|
+//! share_i = max_j |z_j,end(z + d_i) - z_j,end(z)| / s_j / (|d_i| / s_i)
 //! ```
+//!
+//! with s the typical sizes of the states: what has gone from one state to another, as from a displacement to a velocity, is left too.
 
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::model::point::Point;
@@ -12,7 +14,7 @@ use crate::metric::median;
 const MOVED: f64 = 0.01;
 
 impl Fitter<'_, '_> {
-    /// The share of each state of an effect that is left when the segment after begins, in the median of the segments that another one
+    /// The share of the start value of each state of an effect that is left when the segment after begins, in the median of the segments that another one
     /// follows; NaN where no segment tells it.
     pub(crate) fn memory_left(&mut self, point: &Point) -> Vec<f64> {
         let (h, segments) = (self.hypothesis, self.data.segments);
@@ -27,8 +29,10 @@ impl Fitter<'_, '_> {
                 let mut moved = point.clone();
                 moved.states[k - 1][modal + i] += MOVED * typical;
                 if let Some(other) = self.carried_on(k, &moved) {
-                    let change = other.state[modal + i] - reached.state[modal + i];
-                    left[i].push((change / (MOVED * typical)).abs());
+                    let both = other.state[modal..].iter().zip(&reached.state[modal..]);
+                    let all = both.zip(&h.extra_states);
+                    let shares = all.map(|((a, b), (_, typical))| ((a - b) / typical).abs());
+                    left[i].push(shares.fold(0.0, f64::max) / MOVED);
                 }
             }
         }

@@ -27,9 +27,6 @@ pub(crate) enum Turned<'k> {
     State,
     /// Start state and parameters, where the derivatives by those of a smaller hypothesis are known.
     Beside(Known<'k>),
-    /// The same where an effect more is so weak that it shows in nothing but its strength, the shared parameter of this index: neither
-    /// its shapes nor its states leave a trace.
-    Weakly(Known<'k>, usize),
 }
 
 /// A smaller hypothesis, and the derivatives of all segments by what it has.
@@ -163,26 +160,16 @@ impl Fitter<'_, '_> {
             Turn::Shared(c) => c,
             Turn::PerRun(c) => h.shared.len() + c,
         };
-        if let Turned::Beside(known) | Turned::Weakly(known, _) = turned {
-            let leaves_trace = |turn: Turn| match (turned, turn) {
-                (Turned::Weakly(_, strength), Turn::Shared(c)) => c == strength,
-                (Turned::Weakly(..), Turn::State(i)) => i < 2 * h.modes,
-                _ => true,
-            };
+        if let Turned::Beside(known) = turned {
             turns.retain(|&turn| {
                 let mut column = match turn {
                     Turn::State(_) => states.column_mut(place(turn)),
                     _ => parameters.column_mut(place(turn)),
                 };
-                let is_known = known.put(k, segment.run, h, turn, column.as_mut_slice());
-                !is_known && leaves_trace(turn)
+                !known.put(k, segment.run, h, turn, column.as_mut_slice())
             });
         }
-        // A motion with derivatives takes as long as several without.
-        let exact = match (turned, &turns[..]) {
-            (Turned::Weakly(..), [Turn::Shared(_)]) => None,
-            _ => self.differentiate(k, &values, &turns, predicted, point.stuck[k]),
-        };
+        let exact = self.differentiate(k, &values, &turns, predicted, point.stuck[k]);
         for (number, &turn) in turns.iter().enumerate() {
             let mut column = match turn {
                 Turn::State(_) => states.column_mut(place(turn)),

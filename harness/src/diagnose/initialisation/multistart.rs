@@ -104,12 +104,12 @@ pub fn better_starts(
 ) -> Result<Option<Point>, Error> {
     let h = &fitted.hypothesis;
     let data = problem.data(segments);
-    fn all(fitted: &FittedHypothesis) -> (&[Choice], &Fit) {
-        (&fitted.hypothesis.choices, &fitted.fit)
-    }
-    let others_all: Vec<_> = others.iter().map(|other| all(other)).collect();
-    let at = (all(fitted), others_all, options, carried);
-    let question = ("starts", segments, data.noise, at);
+    let of_others = others.iter().map(|o| (&o.hypothesis.choices, &o.fit));
+    let of_others: Vec<_> = of_others.collect();
+    let mine = (&h.choices, &fitted.fit);
+    let question = (
+        "starts", segments, data.noise, mine, of_others, options, carried,
+    );
     problem.finished.recall(&question, || {
         let mut predictor = problem.predictor(h)?;
         let mut fitter = Fitter::new(&mut predictor, h, &data, options);

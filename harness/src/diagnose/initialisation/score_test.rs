@@ -292,10 +292,13 @@ impl<'a> ScoreTest<'a> {
     fn of_lines(&mut self, lines: &[Line], at: &At) -> Promise {
         let (point, data) = (self.without(at), self.problem.data(at.segments));
         let (predictor, h, card) = (&mut self.predictor, self.h, self.card);
-        let mut spectrum = ResponseSpectrum::new(predictor, h, card, &data, &point, 1);
-        let tested = lines.iter();
-        let tested = tested.filter_map(|line| spectrum.as_mut()?.near(line.value));
-        let line = tested.max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let mut spectrum = match lines {
+            [] => None,
+            _ => ResponseSpectrum::new(predictor, h, card, &data, &point, 1),
+        };
+        let again = lines.iter();
+        let again = again.filter_map(|line| spectrum.as_mut()?.near(line.value));
+        let line = again.max_by(|a, b| a.gain.total_cmp(&b.gain));
         let fall = line.as_ref().map_or(0.0, |line| line.gain);
         let start = line.and_then(|line| on_line(self.h, self.card, &point, &line));
         let independent = independent_lines(self.card, at.segments);
@@ -355,7 +358,7 @@ impl<'a> ScoreTest<'a> {
             |(_, p): &(usize, &Parameter)| p.support.is_some() && p.name.starts_with(&own);
         let values: Vec<usize> = all.enumerate().filter(is_value).map(|(i, _)| i).collect();
         let believed = h.choices.last()?.roughness.std;
-        let (mut matrix, gradient) = self.reduced(&point, at, None);
+        let (mut matrix, gradient) = self.reduced(&point, at);
         // The values are zero here, so that their belief has no part in the gradient.
         for &i in &values {
             matrix[(i, i)] -= believed.powi(-2);
@@ -378,7 +381,7 @@ impl<'a> ScoreTest<'a> {
     fn of_values(&mut self, mut point: Point, at: &At) -> Option<Promise> {
         let curve = self.of_curve(Kind::Latent);
         point.shared[*curve.first()?] = BARELY_ON;
-        let (matrix, gradient) = self.reduced(&point, at, None);
+        let (matrix, gradient) = self.reduced(&point, at);
         let (gain, fall) = gain_of_curve(&matrix, &gradient, &curve)?;
         Some(Promise {
             gain,
@@ -393,7 +396,7 @@ impl<'a> ScoreTest<'a> {
         let (strength, c) = self.strength()?;
         let (parameter, p) = (&self.h.shared[c], &self.card.parameters[strength]);
         point.shared[c] = parameter.clamp(parameter.position(BARELY_ON * p.typical));
-        let (mut matrix, mut gradient) = self.reduced(&point, at, Some(c));
+        let (mut matrix, mut gradient) = self.reduced(&point, at);
         let u = point.shared[c];
         // What is believed of it beforehand counts in the price alone.
         let precision = parameter.prior_std.powi(-2);
@@ -437,17 +440,11 @@ impl<'a> ScoreTest<'a> {
         })
     }
 
-    /// Information and descent by all parameters, start states projected out; of what the effect has by its `strength` alone, where it
-    /// has one.
-    fn reduced(
-        &mut self,
-        point: &Point,
-        at: &At,
-        strength: Option<usize>,
-    ) -> (DMatrix<f64>, DVector<f64>) {
+    /// Information and descent by all parameters, start states projected out.
+    fn reduced(&mut self, point: &Point, at: &At) -> (DMatrix<f64>, DVector<f64>) {
         let data = self.problem.data(at.segments);
         let mut fitter = Fitter::new(&mut self.predictor, self.h, &data, one_step());
-        fitter.reduced_beside(at.known(), point.clone(), strength)
+        fitter.reduced_beside(at.known(), point.clone())
     }
 }
 

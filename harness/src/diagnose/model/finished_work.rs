@@ -19,6 +19,9 @@ use std::sync::{Mutex, MutexGuard};
 /// Digest of a question.
 type Key = [u8; 32];
 
+/// Bytes of answers that are kept in the process: those of some tens of searches. What comes then is in the file alone.
+const MOST_KEPT: usize = 1 << 28;
+
 /// Bytes before a record's content: its key, and its length as a little-endian u32.
 const HEAD: usize = size_of::<Key>() + size_of::<u32>();
 
@@ -133,7 +136,12 @@ impl Store {
         record.extend_from_slice(&key);
         record.extend_from_slice(&(content.len() as u32).to_le_bytes());
         record.extend_from_slice(&content);
-        self.known().insert(key, content);
+        let mut known = self.known();
+        let bytes: usize = known.values().map(Vec::len).sum();
+        if bytes < MOST_KEPT {
+            known.insert(key, content);
+        }
+        drop(known);
         // A full disk must not end a search that could go on without it.
         if file.as_mut().is_some_and(|f| f.write_all(&record).is_err()) {
             *file = None;

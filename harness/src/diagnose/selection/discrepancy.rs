@@ -165,11 +165,19 @@ fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> R
     let models = parallel(&known, |model| screen.further(model, POLISH))?;
     let mut models = screen.fading(models)?;
     let curves = curves(problem, &screen, selection, &models[0], watch)?;
-    // What has no name must have more evidence than all that has one, its constants priced, and then what is beside it has a say too.
-    let mut led = Vec::new();
-    extend(&screen, &mut models, &mut led, watch)?;
+    let mut led: Vec<Vec<Choice>> = Vec::new();
+    while !watch.stop() {
+        let leader = most_probable(problem, &models);
+        if leader.choices.len() == MOST_EFFECTS || led.contains(&leader.choices) {
+            break;
+        }
+        watch.step(&name(problem, &leader.choices), led.len(), MOST_EFFECTS);
+        led.push(leader.choices.clone());
+        let new = one_further(&screen, leader, POLISH, watch)?;
+        screen.keep_better(&mut models, screen.fading(new)?);
+    }
+    // What has no name must have more evidence than all that has one, its constants priced.
     screen.keep_better(&mut models, curves);
-    extend(&screen, &mut models, &mut led, watch)?;
     let best = most_probable(problem, &models).clone();
     let path = screen.path_to(best)?;
     let has_path = |m: &FittedModel| path.iter().any(|p| p.choices == m.choices);
@@ -183,28 +191,6 @@ fn compare(problem: &Problem, selection: &mut Selection, watch: &dyn Watch) -> R
     selection.path = path;
     selection.tested.clear();
     selection.is_incomplete = true;
-    Ok(())
-}
-
-/// Adds effects to the most probable of some models while a score test finds them worth their price; `led` are those beside which they were
-/// looked for.
-fn extend(
-    screen: &Screen,
-    models: &mut Vec<FittedModel>,
-    led: &mut Vec<Vec<Choice>>,
-    watch: &dyn Watch,
-) -> Result<(), Error> {
-    let problem = screen.problem;
-    while !watch.stop() {
-        let leader = most_probable(problem, models);
-        if leader.choices.len() == MOST_EFFECTS || led.contains(&leader.choices) {
-            break;
-        }
-        watch.step(&name(problem, &leader.choices), led.len(), MOST_EFFECTS);
-        led.push(leader.choices.clone());
-        let new = one_further(screen, leader, POLISH, watch)?;
-        screen.keep_better(models, screen.fading(new)?);
-    }
     Ok(())
 }
 
@@ -235,7 +221,7 @@ fn curves(
         .collect();
     let promised = parallel(&promising, |(choices, promise)| {
         let there = screen.fitted_from(&promise.choices(choices), promise.start.clone())?;
-        screen.with_told_smoothness(screen.further(&there, POLISH)?)
+        screen.further(&there, POLISH)
     })?;
     screen.keep_better(&mut curves, promised);
     screen.fading(curves)

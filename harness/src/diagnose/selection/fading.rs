@@ -7,7 +7,7 @@
 
 use crate::diagnose::estimation::fitter::Fitter;
 use crate::diagnose::initialisation::score_test::one_step;
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::fitted_model::{FittedModel, is_small};
 use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -27,17 +27,17 @@ impl Screen<'_> {
         Ok(both.filter(|(_, fades)| *fades).map(|(m, _)| m).collect())
     }
 
-    /// Whether of each state of an effect no more than [`LEFT`] remains at the end of a segment. Of a memory that no segment shows nothing
-    /// is known.
+    /// Whether of each state of an effect no more than [`LEFT`] remains at the end of a segment. What is down to the noise leaves nothing to
+    /// be taken up, and what no segment shows is held against none.
     fn fades(&self, model: &FittedModel) -> Result<bool, Error> {
         let h = &model.fitted.hypothesis;
-        if h.extra_states.is_empty() {
+        if h.extra_states.is_empty() || is_small(&model.fit) {
             return Ok(true);
         }
         let data = self.problem.data(&self.segments);
         let mut predictor = self.problem.predictor(h)?;
         let mut fitter = Fitter::new(&mut predictor, h, &data, one_step());
         let left = fitter.memory_left(&model.fitted.fit.point);
-        Ok(left.iter().all(|left| *left <= LEFT))
+        Ok(!left.iter().any(|left| *left > LEFT))
     }
 }
