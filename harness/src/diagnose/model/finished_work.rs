@@ -37,9 +37,25 @@ struct Store {
     path: PathBuf,
     /// Digest of what all questions have in common: program, FMU and campaign.
     inputs: String,
-    known: Mutex<HashMap<Key, Vec<u8>>>,
+    known: Mutex<Known>,
     /// `None` once it could not be written to.
     file: Mutex<Option<File>>,
+}
+
+/// Answers at hand.
+#[derive(Debug, Default)]
+struct Known {
+    answers: HashMap<Key, Vec<u8>>,
+    /// How long they are together.
+    bytes: usize,
+}
+
+impl Known {
+    fn insert(&mut self, key: Key, answer: Vec<u8>) {
+        self.bytes += answer.len();
+        let old = self.answers.insert(key, answer);
+        self.bytes -= old.map_or(0, |old| old.len());
+    }
 }
 
 impl FinishedWork {
@@ -53,7 +69,7 @@ impl FinishedWork {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
             Err(error) => return Err(Error::read(path)(error)),
         };
-        let mut known = HashMap::new();
+        let mut known = Known::default();
         let mut rest = content.as_slice();
         // The last record may have been cut off.
         while let Some((head, after)) = rest.split_at_checked(HEAD) {
@@ -98,7 +114,7 @@ impl FinishedWork {
         };
         let question = postcard::to_stdvec(&(&store.inputs, question)).expect("plain data");
         let key: Key = Sha256::digest(&question).into();
-        let known = store.known().get(&key).cloned();
+        let known = store.known().answers.get(&key).cloned();
         if let Some(answer) = known.and_then(|bytes| postcard::from_bytes(&bytes).ok()) {
             self.recalled.fetch_add(1, Ordering::Relaxed);
             return Ok(answer);
@@ -126,7 +142,7 @@ impl FinishedWork {
 }
 
 impl Store {
-    fn known(&self) -> MutexGuard<'_, HashMap<Key, Vec<u8>>> {
+    fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(|e| e.into_inner())
     }
 
@@ -137,8 +153,7 @@ impl Store {
         record.extend_from_slice(&(content.len() as u32).to_le_bytes());
         record.extend_from_slice(&content);
         let mut known = self.known();
-        let bytes: usize = known.values().map(Vec::len).sum();
-        if bytes < MOST_KEPT {
+        if known.bytes < MOST_KEPT {
             known.insert(key, content);
         }
         drop(known);

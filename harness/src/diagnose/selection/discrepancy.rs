@@ -17,14 +17,13 @@
 //! Source: Kennedy and O'Hagan, J. R. Statist. Soc. B 63 (2001) 425, with the discrepancy's covariance reduced to its
 //! variance and correlation time.
 
-use crate::diagnose::initialisation::score_test::Promise;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::library::FORMULA_PREFIX;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::diagnose::model::variants::unknown;
 use crate::diagnose::selection::decision::log_posterior;
-use crate::diagnose::selection::extension::{one_further, price};
+use crate::diagnose::selection::extension::{fitted_as_promised, one_further, worth_their_price};
 use crate::diagnose::selection::fitted_model::{FittedModel, name};
 use crate::diagnose::selection::further_fits::POLISH;
 use crate::diagnose::selection::outcome::Selection;
@@ -211,18 +210,9 @@ fn curves(
         .collect();
     let mut curves = parallel(&found, |model| screen.further(model, POLISH))?;
     let jobs = unknown(problem).into_iter().map(|c| vec![c]).collect();
-    let price = price(problem, 0);
-    let promising: Vec<(Vec<Choice>, Promise)> = screen
-        .by_promise(jobs, calibrated, watch)?
-        .into_iter()
-        .filter_map(|(choices, promise)| Some((choices, promise?)))
-        .filter(|(_, promise)| promise.gain > price)
-        .take(PROMISED)
-        .collect();
-    let promised = parallel(&promising, |(choices, promise)| {
-        let there = screen.fitted_from(&promise.choices(choices), promise.start.clone())?;
-        screen.further(&there, POLISH)
-    })?;
+    let mut promised = worth_their_price(screen, jobs, calibrated, watch)?;
+    promised.truncate(PROMISED);
+    let promised = fitted_as_promised(screen, &promised, POLISH)?;
     screen.keep_better(&mut curves, promised);
     screen.fading(curves)
 }

@@ -181,13 +181,7 @@ pub(crate) fn one_further(
 ) -> Result<Vec<FittedModel>, Error> {
     let problem = screen.problem;
     let jobs = one_more(problem, &leader.choices);
-    let price = price(problem, leader.choices.len());
-    let promising: Vec<(Vec<Choice>, Promise)> = screen
-        .by_promise(jobs, leader, watch)?
-        .into_iter()
-        .filter_map(|(choices, promise)| Some((choices, promise?)))
-        .filter(|(_, promise)| promise.gain > price)
-        .collect();
+    let promising = worth_their_price(screen, jobs, leader, watch)?;
     let is_periodic = |choices: &[Choice]| {
         let new = choices.last().expect("one effect more");
         periodic(&problem.catalogue[new.effect]).is_some()
@@ -199,10 +193,37 @@ pub(crate) fn one_further(
     lines.retain(|(_, p)| p.gain > most - TIE);
     lines.truncate(FITTED);
     promising.extend(lines);
-    parallel(&promising, |(choices, promise)| {
-        let choices = promise.choices(choices);
-        let there = screen.fitted_from(&choices, promise.start.clone())?;
-        screen.further(&there, iterations)
+    fitted_as_promised(screen, &promising, iterations)
+}
+
+/// Those of `jobs`, each `base` with one effect more, that a score test finds worth their price, with what it promises, best first.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn worth_their_price(
+    screen: &Screen,
+    jobs: Vec<Vec<Choice>>,
+    base: &FittedModel,
+    watch: &dyn Watch,
+) -> Result<Vec<(Vec<Choice>, Promise)>, Error> {
+    let price = price(screen.problem, base.choices.len());
+    let all = screen.by_promise(jobs, base, watch)?.into_iter();
+    let all = all.filter_map(|(choices, promise)| Some((choices, promise?)));
+    Ok(all.filter(|(_, promise)| promise.gain > price).collect())
+}
+
+/// Hypotheses, each fitted from where its score test expects it, then further for so many steps.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn fitted_as_promised(
+    screen: &Screen,
+    promised: &[(Vec<Choice>, Promise)],
+    steps: usize,
+) -> Result<Vec<FittedModel>, Error> {
+    parallel(promised, |(choices, promise)| {
+        let there = screen.fitted_from(&promise.choices(choices), promise.start.clone())?;
+        screen.further(&there, steps)
     })
 }
 
