@@ -152,7 +152,9 @@ pub(super) fn searched<R>(
         leave_out(&mut problem)?;
         let inputs = format!(
             "{} {} {hold_out:?} {:?}",
-            inputs.version, inputs.inputs_sha256, search.library
+            env!("STICKSLIP_SOURCES"),
+            inputs.inputs_sha256,
+            search.library
         );
         problem.finished = FinishedWork::open(&output.join(UNFINISHED), &inputs)?;
         Ok(problem)
