@@ -62,188 +62,62 @@ unsafe fn set<T: Copy>(
     }
 }
 
-/// `fmi2GetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *mut f64,
-) -> c_int {
-    let (function, access) = (Function::GetReal, Access::Real);
-    // SAFETY: contract of this module.
-    unsafe {
-        get(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |v| v,
-        )
-    }
+/// The standard's functions that read variables of one type: each turns what the model holds into that type.
+macro_rules! getters {
+    ($($(#[$doc:meta])* $name:ident: $function:ident, $access:ident, $type:ty, $convert:expr;)*) => {$(
+        $(#[$doc])*
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            component: Component,
+            references: *const ValueReference,
+            count: usize,
+            values: *mut $type,
+        ) -> c_int {
+            let (function, access) = (Function::$function, Access::$access);
+            // SAFETY: contract of this module.
+            unsafe { get(component, function, access, references, count, values, $convert) }
+        }
+    )*};
 }
 
-/// `fmi2GetInteger`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *mut c_int,
-) -> c_int {
-    let (function, access) = (Function::GetInteger, Access::Integer);
-    // SAFETY: contract of this module.
-    unsafe {
-        get(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |v| v as c_int,
-        )
-    }
+getters! {
+    /// `fmi2GetReal`.
+    fmi2GetReal: GetReal, Real, f64, |v| v;
+    /// `fmi2GetInteger`.
+    fmi2GetInteger: GetInteger, Integer, c_int, |v| v as c_int;
+    /// `fmi2GetBoolean`; no variable has this type.
+    fmi2GetBoolean: GetBoolean, Boolean, Boolean, |v| v as c_int;
+    /// `fmi2GetString`; no variable has this type.
+    fmi2GetString: GetString, Text, Text, |_| c"".as_ptr();
 }
 
-/// `fmi2GetBoolean`; no variable has this type.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *mut Boolean,
-) -> c_int {
-    let (function, access) = (Function::GetBoolean, Access::Boolean);
-    // SAFETY: contract of this module.
-    unsafe {
-        get(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |v| v as c_int,
-        )
-    }
+/// The standard's functions that set variables of one type: each turns it into what the model holds.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $name:ident: $function:ident, $access:ident, $type:ty, $convert:expr;)*) => {$(
+        $(#[$doc])*
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(
+            component: Component,
+            references: *const ValueReference,
+            count: usize,
+            values: *const $type,
+        ) -> c_int {
+            let (function, access) = (Function::$function, Access::$access);
+            // SAFETY: contract of this module.
+            unsafe { set(component, function, access, references, count, values, $convert) }
+        }
+    )*};
 }
 
-/// `fmi2GetString`; no variable has this type.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *mut Text,
-) -> c_int {
-    let (function, access) = (Function::GetString, Access::Text);
-    // SAFETY: contract of this module.
-    unsafe {
-        get(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |_| c"".as_ptr(),
-        )
-    }
-}
-
-/// `fmi2SetReal`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *const f64,
-) -> c_int {
-    let (function, access) = (Function::SetReal, Access::Real);
-    // SAFETY: contract of this module.
-    unsafe {
-        set(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |v| v,
-        )
-    }
-}
-
-/// `fmi2SetInteger`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *const c_int,
-) -> c_int {
-    let (function, access) = (Function::SetInteger, Access::Integer);
-    // SAFETY: contract of this module.
-    unsafe {
-        set(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            f64::from,
-        )
-    }
-}
-
-/// `fmi2SetBoolean`; no variable has this type.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *const Boolean,
-) -> c_int {
-    let (function, access) = (Function::SetBoolean, Access::Boolean);
-    // SAFETY: contract of this module.
-    unsafe {
-        set(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            f64::from,
-        )
-    }
-}
-
-/// `fmi2SetString`; no variable has this type.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    component: Component,
-    references: *const ValueReference,
-    count: usize,
-    values: *const Text,
-) -> c_int {
-    let (function, access) = (Function::SetString, Access::Text);
-    // SAFETY: contract of this module.
-    unsafe {
-        set(
-            component,
-            function,
-            access,
-            references,
-            count,
-            values,
-            |_| 0.0,
-        )
-    }
+setters! {
+    /// `fmi2SetReal`.
+    fmi2SetReal: SetReal, Real, f64, |v| v;
+    /// `fmi2SetInteger`.
+    fmi2SetInteger: SetInteger, Integer, c_int, f64::from;
+    /// `fmi2SetBoolean`; no variable has this type.
+    fmi2SetBoolean: SetBoolean, Boolean, Boolean, f64::from;
+    /// `fmi2SetString`; no variable has this type.
+    fmi2SetString: SetString, Text, Text, |_| 0.0;
 }
 
 /// `fmi2GetDirectionalDerivative`.
