@@ -3,13 +3,16 @@
 //! The friction level of a run is its own; once it has wandered off, every segment of the run is lost, and lost segments have
 //! no say. What the other runs found brings it back: their level, with the start states of the smoother, and then what is its
 //! own, phases all round, while all that the runs share is held, as for a run that was kept out.
+//!
+//! Where that does not bring it back the hypothesis is wrong, however well it meets the others: each run is an experiment, and what made
+//! the data meets most segments of each.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::run_parameters;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::error::Error;
 use crate::metric::median;
 
@@ -20,26 +23,41 @@ const LOST: f64 = 3.0;
 /// Jacobians for what is their own.
 const STEPS: usize = 3;
 
-/// Where to fit a model from so that the runs that it lost get another chance; `None` if it lost none, or more
+/// Median error over the noise of a run's segments; `None` of a run without any.
+fn error_of(
+    problem: &Problem,
+    segments: &[Segment],
+    fitted: &FittedHypothesis,
+    run: usize,
+) -> Option<f64> {
+    let all = segments.iter().zip(&fitted.fit.mean_square);
+    let of_run = all.filter(|(segment, _)| segment.run == run);
+    let mut ratios: Vec<f64> = of_run.map(|(_, m)| m.sqrt() / problem.noise[run]).collect();
+    (!ratios.is_empty()).then(|| median(&mut ratios))
+}
+
+/// Whether a fit to these segments leaves most of some run unmet.
+pub(crate) fn leaves_a_run(
+    problem: &Problem,
+    segments: &[Segment],
+    fitted: &FittedHypothesis,
+) -> bool {
+    let mut runs = 0..problem.campaign.runs.len();
+    runs.any(|run| error_of(problem, segments, fitted, run).is_some_and(|error| error > LOST))
+}
+
+/// Where to fit a hypothesis from so that the runs that it lost get another chance; `None` if it lost none, or more
 /// than it found.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
 pub(crate) fn without_loss(
     problem: &Problem,
-    model: &FittedModel,
+    fitted: &FittedHypothesis,
     segments: &[Segment],
 ) -> Result<Option<Point>, Error> {
-    let errors = |run: usize| -> Option<f64> {
-        let of_run = segments.iter().zip(&model.fitted.fit.mean_square);
-        let mut ratios: Vec<f64> = of_run
-            .filter(|(segment, _)| segment.run == run)
-            .map(|(_, m)| m.sqrt() / problem.noise[run])
-            .collect();
-        (!ratios.is_empty()).then(|| median(&mut ratios))
-    };
     let of_runs: Vec<(usize, f64)> = (0..problem.campaign.runs.len())
-        .filter_map(|run| Some((run, errors(run)?)))
+        .filter_map(|run| Some((run, error_of(problem, segments, fitted, run)?)))
         .collect();
     let runs = |wanted: &dyn Fn(f64) -> bool| -> Vec<usize> {
         let some = of_runs.iter().filter(|(_, error)| wanted(*error));
@@ -49,8 +67,8 @@ pub(crate) fn without_loss(
     if lost.is_empty() || arrived.len() < lost.len() {
         return Ok(None);
     }
-    let h = &model.fitted.hypothesis;
-    let mut point = model.fitted.fit.point.clone();
+    let h = &fitted.hypothesis;
+    let mut point = fitted.fit.point.clone();
     point.spread_per_run(h, &arrived, &lost);
     let of_lost: Vec<usize> = (0..segments.len())
         .filter(|&k| lost.contains(&segments[k].run))
