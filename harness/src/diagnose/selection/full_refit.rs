@@ -7,7 +7,6 @@ use crate::diagnose::initialisation::multistart;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_small};
-use crate::diagnose::selection::lost_runs::{leaves_a_run, without_loss};
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -74,23 +73,18 @@ pub fn refit(
         );
     }
     // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
-    let fit = |start| {
-        let near = multistart::settled(problem, h.clone(), segments, start, leading_in())?;
-        let start = near.fit.point;
-        multistart::continued(problem, near.hypothesis, segments, start, last_options())
-    };
-    let fitted = fit(start)?;
-    let Some(start) = without_loss(problem, &fitted, segments)? else {
-        return Ok(fitted);
-    };
-    let again = fit(start)?;
-    let is_better = again.fit.log_evidence > fitted.fit.log_evidence;
-    Ok(if is_better { again } else { fitted })
+    let near = multistart::settled(problem, h, segments, start, leading_in())?;
+    multistart::continued(
+        problem,
+        near.hypothesis,
+        segments,
+        near.fit.point,
+        last_options(),
+    )
 }
 
 /// Whether a model that is down to the noise on the segments compared also stands when it is fitted to all: it must neither bend
-/// the structure, nor leave what is not white, nor most of a run. One that does not is marked, so that it no longer counts as down to the
-/// noise.
+/// the structure nor leave what is not white. One that does not is marked, so that it no longer counts as down to the noise.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -194,8 +188,7 @@ pub(crate) fn put(
     segments: &[Segment],
     fitted: FittedHypothesis,
 ) -> Result<(), Error> {
-    model.is_refuted = is_bent_or_coloured(problem, segments, &fitted)?
-        || leaves_a_run(problem, segments, &fitted);
+    model.is_refuted = is_bent_or_coloured(problem, segments, &fitted)?;
     model.full_refit = Some(fitted);
     Ok(())
 }

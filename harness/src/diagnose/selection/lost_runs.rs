@@ -3,16 +3,13 @@
 //! The friction level of a run is its own; once it has wandered off, every segment of the run is lost, and lost segments have
 //! no say. What the other runs found brings it back: their level, with the start states of the smoother, and then what is its
 //! own, phases all round, while all that the runs share is held, as for a run that was kept out.
-//!
-//! Where that does not bring it back the hypothesis is wrong, however well it meets the others: each run is an experiment, and what made
-//! the data meets most segments of each.
 
 use crate::diagnose::data::segment::Segment;
-use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::run_parameters;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::error::Error;
 use crate::metric::median;
 
@@ -23,48 +20,27 @@ const LOST: f64 = 3.0;
 /// Jacobians for what is their own.
 const STEPS: usize = 3;
 
-/// Run and mean square of what is left of each segment.
-type Left = Vec<(usize, f64)>;
-
-fn left(segments: &[Segment], fitted: &FittedHypothesis) -> Left {
-    let runs = segments.iter().map(|segment| segment.run);
-    runs.zip(fitted.fit.mean_square.iter().copied()).collect()
-}
-
-/// Median error of each run's segments over its noise, of the runs that have any.
-fn errors(noise: &[f64], left: &[(usize, f64)]) -> Vec<(usize, f64)> {
-    let error = |run: usize| {
-        let of_run = left.iter().filter(|(of, _)| *of == run);
-        let mut ratios: Vec<f64> = of_run.map(|(_, m)| m.sqrt() / noise[run]).collect();
-        (!ratios.is_empty()).then(|| (run, median(&mut ratios)))
-    };
-    (0..noise.len()).filter_map(error).collect()
-}
-
-fn is_any_lost(errors: &[(usize, f64)]) -> bool {
-    errors.iter().any(|(_, error)| *error > LOST)
-}
-
-/// Whether a fit to these segments leaves most of some run unmet.
-pub(crate) fn leaves_a_run(
-    problem: &Problem,
-    segments: &[Segment],
-    fitted: &FittedHypothesis,
-) -> bool {
-    is_any_lost(&errors(&problem.noise, &left(segments, fitted)))
-}
-
-/// Where to fit a hypothesis from so that the runs that it lost get another chance; `None` if it lost none, or more
+/// Where to fit a model from so that the runs that it lost get another chance; `None` if it lost none, or more
 /// than it found.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
 pub(crate) fn without_loss(
     problem: &Problem,
-    fitted: &FittedHypothesis,
+    model: &FittedModel,
     segments: &[Segment],
 ) -> Result<Option<Point>, Error> {
-    let of_runs = errors(&problem.noise, &left(segments, fitted));
+    let errors = |run: usize| -> Option<f64> {
+        let of_run = segments.iter().zip(&model.fitted.fit.mean_square);
+        let mut ratios: Vec<f64> = of_run
+            .filter(|(segment, _)| segment.run == run)
+            .map(|(_, m)| m.sqrt() / problem.noise[run])
+            .collect();
+        (!ratios.is_empty()).then(|| median(&mut ratios))
+    };
+    let of_runs: Vec<(usize, f64)> = (0..problem.campaign.runs.len())
+        .filter_map(|run| Some((run, errors(run)?)))
+        .collect();
     let runs = |wanted: &dyn Fn(f64) -> bool| -> Vec<usize> {
         let some = of_runs.iter().filter(|(_, error)| wanted(*error));
         some.map(|(run, _)| *run).collect()
@@ -73,8 +49,8 @@ pub(crate) fn without_loss(
     if lost.is_empty() || arrived.len() < lost.len() {
         return Ok(None);
     }
-    let h = &fitted.hypothesis;
-    let mut point = fitted.fit.point.clone();
+    let h = &model.fitted.hypothesis;
+    let mut point = model.fitted.fit.point.clone();
     point.spread_per_run(h, &arrived, &lost);
     let of_lost: Vec<usize> = (0..segments.len())
         .filter(|&k| lost.contains(&segments[k].run))
@@ -97,32 +73,4 @@ pub(crate) fn without_loss(
         point.put(k, found.start(i));
     }
     Ok(Some(point))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_run_is_lost_where_most_of_its_segments_are_however_many_are_met_elsewhere() {
-        let noise: [f64; 3] = [1e-6, 2e-6, 3e-6];
-        // Of the run in the middle, which has five segments, the first ones are not met.
-        let with_lost = |count: usize| -> Left {
-            let met = (0..20).map(|k| (2 * (k % 2), (1.02 * noise[2 * (k % 2)]).powi(2)));
-            let of_run = (0..5).map(|k| match k < count {
-                true => (1, 1e-8),
-                false => (1, 4e-12),
-            });
-            met.chain(of_run).collect()
-        };
-        let is_lost = |count| is_any_lost(&errors(&noise, &with_lost(count)));
-        assert!(!is_lost(0) && !is_lost(2));
-        assert!(is_lost(3) && is_lost(5));
-    }
-
-    #[test]
-    fn a_run_that_was_not_fitted_is_not_lost() {
-        let found = errors(&[1e-6, 1e-6], &[(1, 1e-12)]);
-        assert_eq!(found, [(1, 1.0)]);
-    }
 }
