@@ -96,9 +96,7 @@ fn val_small_blind_set_is_answered_rightly() {
     check_resumption(campaigns, folder.path(), cases);
 }
 
-// Of the oscillator of other_machines.rs the same is asserted in every run of the tests.
 #[test]
-#[ignore = "two minutes; by name"]
 fn val_a_stiffness_that_is_none_of_the_catalogue_is_proposed_as_a_term() {
     let (campaigns, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     beginning_of("004", BEGINNING, campaigns.path());
