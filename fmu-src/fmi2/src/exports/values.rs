@@ -62,25 +62,29 @@ unsafe fn set<T: Copy>(
     }
 }
 
-/// The standard's functions that read variables of one type: each turns what the model holds into that type.
-macro_rules! getters {
-    ($($(#[$doc:meta])* $name:ident: $function:ident, $access:ident, $type:ty, $convert:expr;)*) => {$(
+/// The standard's functions that read or set variables of one type, each of which is converted between that type and what the model
+/// holds.
+macro_rules! functions {
+    ($call:ident, $pointer:tt; $(
+        $(#[$doc:meta])* $name:ident: $function:ident, $access:ident, $type:ty, $convert:expr;
+    )*) => {$(
         $(#[$doc])*
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(
             component: Component,
             references: *const ValueReference,
             count: usize,
-            values: *mut $type,
+            values: *$pointer $type,
         ) -> c_int {
             let (function, access) = (Function::$function, Access::$access);
             // SAFETY: contract of this module.
-            unsafe { get(component, function, access, references, count, values, $convert) }
+            unsafe { $call(component, function, access, references, count, values, $convert) }
         }
     )*};
 }
 
-getters! {
+functions! {
+    get, mut;
     /// `fmi2GetReal`.
     fmi2GetReal: GetReal, Real, f64, |v| v;
     /// `fmi2GetInteger`.
@@ -91,25 +95,8 @@ getters! {
     fmi2GetString: GetString, Text, Text, |_| c"".as_ptr();
 }
 
-/// The standard's functions that set variables of one type: each turns it into what the model holds.
-macro_rules! setters {
-    ($($(#[$doc:meta])* $name:ident: $function:ident, $access:ident, $type:ty, $convert:expr;)*) => {$(
-        $(#[$doc])*
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(
-            component: Component,
-            references: *const ValueReference,
-            count: usize,
-            values: *const $type,
-        ) -> c_int {
-            let (function, access) = (Function::$function, Access::$access);
-            // SAFETY: contract of this module.
-            unsafe { set(component, function, access, references, count, values, $convert) }
-        }
-    )*};
-}
-
-setters! {
+functions! {
+    set, const;
     /// `fmi2SetReal`.
     fmi2SetReal: SetReal, Real, f64, |v| v;
     /// `fmi2SetInteger`.

@@ -151,7 +151,8 @@ pub(super) fn searched<R>(
         }
         leave_out(&mut problem)?;
         let inputs = format!(
-            "{} {} {hold_out:?} {:?}",
+            "{} {} {} {hold_out:?} {:?}",
+            inputs.version,
             env!("STICKSLIP_SOURCES"),
             inputs.inputs_sha256,
             search.library
