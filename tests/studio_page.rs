@@ -2,7 +2,7 @@
 //! first use, from PyPI and npm; nothing of them is committed.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use stickslip_tests::peers::{environment, run};
@@ -32,26 +32,6 @@ fn axe() -> PathBuf {
     script
 }
 
-/// Samples of each run that are put on the page: the first third, in which a diagnosis finds the effect already.
-const BEGINNING: usize = 1600;
-
-/// The beginning of each run of the demonstration, in a folder.
-fn short_demo(folder: &Path) {
-    fs::create_dir_all(folder).expect("target is writable");
-    let files = fs::read_dir(root().join("reference-data/demo")).expect("readable");
-    for entry in files {
-        let path = entry.expect("readable").path();
-        let text = fs::read_to_string(&path).expect("text");
-        let rows = match path.extension().is_some_and(|e| e == "csv") {
-            true => 1 + BEGINNING,
-            false => usize::MAX,
-        };
-        let lines: Vec<&str> = text.lines().take(rows).collect();
-        let name = path.file_name().expect("a file");
-        fs::write(folder.join(name), lines.join("\n")).expect("target is writable");
-    }
-}
-
 #[test]
 #[ignore = "needs Chromium, npm and PyPI; .ci/run installs and runs it"]
 fn a_user_finds_the_effect_on_the_page() {
@@ -66,12 +46,10 @@ fn a_user_finds_the_effect_on_the_page() {
         "{}: build all with `cargo build --release`",
         program.display()
     );
-    let demo = folder.with_file_name("studio-demo");
-    short_demo(&demo);
     let said = run(Command::new(python)
         .arg(root().join("tests/studio/page.py"))
         .arg(program)
-        .arg(&demo)
+        .arg(root().join("reference-data/demo"))
         .arg(axe())
         .arg(&folder));
     println!("{said}");
