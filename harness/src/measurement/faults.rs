@@ -1,6 +1,7 @@
 //! Samples that the recorder, not the beam, made: clipped at the end of the range, or held.
 
-use super::noise::Noise;
+use super::measurand::Measurand;
+use std::ops::Range;
 
 /// A stretch of equal samples that no motion explains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +37,31 @@ const ABRUPT: f64 = 5.0;
 const FINE: f64 = 0.002;
 const LONG: usize = 8;
 
+/// The faults of what was measured, recorded with this resolution, on a belt of this velocity (m/s).
+pub(super) fn of(measurand: Measurand, signal: &[f64], resolution: f64, belt: f64) -> Vec<Fault> {
+    match measurand {
+        Measurand::Displacement => find(signal, resolution),
+        Measurand::Velocity => of_velocity(signal, resolution, belt),
+        Measurand::Acceleration => of_acceleration(signal, resolution),
+    }
+}
+
+/// What is left of stretches of samples, in order, without the faults.
+pub(super) fn between(faults: &[Fault], stretches: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut left = Vec::new();
+    for Range { mut start, end } in stretches {
+        for fault in faults.iter().filter(|fault| fault.first < end) {
+            left.push(start..fault.first);
+            start = start.max(fault.first + fault.samples);
+        }
+        left.push(start..end);
+    }
+    left.retain(|stretch| !stretch.is_empty());
+    left
+}
+
 /// Finds stretches of equal samples with an abrupt step at one end, and long ones at an end of a finely recorded range.
-pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
+fn find(signal: &[f64], resolution: f64) -> Vec<Fault> {
     let largest = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let smallest = signal.iter().copied().fold(f64::INFINITY, f64::min);
     let equal = signal.windows(2).filter(|w| w[0] == w[1]).count() as f64 / signal.len() as f64;
@@ -64,8 +88,7 @@ pub(super) fn find(signal: &[f64], noise: &Noise) -> Vec<Fault> {
         } else {
             HELD_FROM
         };
-        let abrupt =
-            by_chance(samples) < BY_CHANCE && before.max(after) > ABRUPT * noise.resolution;
+        let abrupt = by_chance(samples) < BY_CHANCE && before.max(after) > ABRUPT * resolution;
         let saturated = kind == FaultKind::Clipped && fine && samples >= LONG;
         if samples >= shortest && (abrupt || saturated) {
             faults.push(Fault {
@@ -85,20 +108,20 @@ const STEPS: f64 = 3.0;
 
 /// The faults of a measured velocity (m/s): in stick it stays at that of the belt (m/s), often the largest of the run, and a
 /// coarse recorder or a simulation shows equal samples there.
-pub(super) fn of_velocity(signal: &[f64], noise: &Noise, belt: f64) -> Vec<Fault> {
-    let near = WITH_THE_BELT * belt.abs() + STEPS * noise.resolution;
-    away_from(belt, near, signal, noise)
+fn of_velocity(signal: &[f64], resolution: f64, belt: f64) -> Vec<Fault> {
+    let near = WITH_THE_BELT * belt.abs() + STEPS * resolution;
+    away_from(belt, near, signal, resolution)
 }
 
 /// The faults of a measured acceleration (m/s^2): in stick on a belt of constant speed it stays at zero.
-pub(super) fn of_acceleration(signal: &[f64], noise: &Noise) -> Vec<Fault> {
-    away_from(0.0, STEPS * noise.resolution, signal, noise)
+fn of_acceleration(signal: &[f64], resolution: f64) -> Vec<Fault> {
+    away_from(0.0, STEPS * resolution, signal, resolution)
 }
 
 /// The faults but those within `near` of the value that stick has.
-fn away_from(in_stick: f64, near: f64, signal: &[f64], noise: &Noise) -> Vec<Fault> {
+fn away_from(in_stick: f64, near: f64, signal: &[f64], resolution: f64) -> Vec<Fault> {
     let sticks = |fault: &Fault| (signal[fault.first] - in_stick).abs() <= near;
-    let mut faults = find(signal, noise);
+    let mut faults = find(signal, resolution);
     faults.retain(|fault| !sticks(fault));
     faults
 }
@@ -113,23 +136,15 @@ mod tests {
             .collect()
     }
 
-    fn noise(resolution: f64) -> Noise {
-        Noise {
-            std: 0.0,
-            resolution,
-            is_white: true,
-        }
-    }
-
     #[test]
     fn val_a_coarsely_quantised_sine_has_no_fault() {
-        assert_eq!(find(&sine(0.02), &noise(0.02)), []);
+        assert_eq!(find(&sine(0.02), 0.02), []);
     }
 
     #[test]
     fn val_a_clipped_sine_is_clipped_at_every_crest() {
         let clipped: Vec<f64> = sine(1e-6).into_iter().map(|v| v.min(0.9)).collect();
-        let faults = find(&clipped, &noise(1e-6));
+        let faults = find(&clipped, 1e-6);
         assert_eq!(faults.len(), 3, "{faults:?}");
         assert!(
             faults
@@ -142,11 +157,11 @@ mod tests {
     fn val_slow_clipping_of_a_fine_record_is_found() {
         // The signal creeps into the limit: no step is abrupt.
         let clipped: Vec<f64> = sine(1e-9).into_iter().map(|v| v.min(0.9)).collect();
-        let faults = find(&clipped, &noise(1e-2));
+        let faults = find(&clipped, 1e-2);
         assert_eq!(faults.len(), 3, "{faults:?}");
         assert!(faults.iter().all(|f| f.kind == FaultKind::Clipped));
-        assert_eq!(find(&sine(1e-9), &noise(1e-2)), []);
-        assert_eq!(find(&sine(0.02), &noise(1e-2)), []);
+        assert_eq!(find(&sine(1e-9), 1e-2), []);
+        assert_eq!(find(&sine(0.02), 1e-2), []);
     }
 
     #[test]
@@ -157,11 +172,27 @@ mod tests {
             rest => 0.1 - 0.3 * (std::f64::consts::PI * f64::from(rest - 200) / 100.0).sin(),
         };
         let velocity: Vec<f64> = (0..3000).map(cycle).collect();
-        assert_eq!(of_velocity(&velocity, &noise(1e-6), 0.1), []);
+        assert_eq!(of_velocity(&velocity, 1e-6, 0.1), []);
         let clipped: Vec<f64> = velocity.iter().map(|v| v.max(-0.15)).collect();
-        let faults = of_velocity(&clipped, &noise(1e-6), 0.1);
+        let faults = of_velocity(&clipped, 1e-6, 0.1);
         assert_eq!(faults.len(), 10, "{faults:?}");
         assert!(faults.iter().all(|f| f.kind == FaultKind::Clipped));
+    }
+
+    #[test]
+    fn val_stretches_end_where_a_fault_begins() {
+        let fault = |first, samples| Fault {
+            kind: FaultKind::Held,
+            first,
+            samples,
+        };
+        // One inside, one over a gap at 50, one at the end.
+        let faults = [fault(10, 5), fault(45, 10), fault(90, 10)];
+        assert_eq!(
+            between(&faults, vec![0..50, 50..100]),
+            [0..10, 15..45, 55..90]
+        );
+        assert_eq!(between(&[], vec![0..50, 50..100]), [0..50, 50..100]);
     }
 
     #[test]
@@ -170,7 +201,7 @@ mod tests {
         let value = held[299];
         held[300..310].fill(value);
         assert_eq!(
-            find(&held, &noise(1e-6)),
+            find(&held, 1e-6),
             [Fault {
                 kind: FaultKind::Held,
                 first: 299,

@@ -142,10 +142,10 @@ impl FurtherRecord {
             return Ok(None);
         }
         let sampling = Sampling::of(&times);
-        let stretches = sampling.unbroken().into_iter().map(|stretch| stretch.len());
-        let found = || match stretches.max() {
+        let stretches = sampling.unbroken();
+        let found = || match stretches.iter().map(|stretch| stretch.len()).max() {
             Some(longest) if longest >= SIDE_BY_SIDE => {
-                Some(Noise::estimate(&read, &sampling).of_sensor())
+                Some(Noise::estimate(&read, &stretches).of_sensor())
             }
             _ => None,
         };

@@ -1,6 +1,6 @@
 //! Noise level of a measured signal, from the signal alone.
 
-use super::sampling::Sampling;
+use std::ops::Range;
 
 /// Noise of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ const CLIPPED_STD: f64 = 0.986_578;
 const MEDIAN_ABS: f64 = 0.674_490;
 
 impl Noise {
-    /// Estimates the noise of `signal`.
+    /// Estimates the noise of `signal` from `stretches` of it: samples side by side, of which none is missing or made by the recorder.
     ///
     /// The k-th difference of white noise of standard deviation s has standard deviation s sqrt(C(2k, k)), while that
     /// of a smooth motion of frequency f falls with (2 sin(pi f dt))^k. So the estimate
@@ -37,15 +37,15 @@ impl Noise {
     /// ```
     ///
     /// falls with k until only noise is left, and the smallest is taken. Stick-slip transitions are kinks that no order
-    /// removes: differences beyond 3 s are dropped, repeatedly. Differences do not reach across gaps.
+    /// removes: differences beyond 3 s are dropped, repeatedly. Differences do not reach across gaps. A value that the recorder repeats
+    /// has none, whatever the sensor's noise: a run of which half is held would be estimated as free of noise.
     ///
     /// Holds for noise that is white up to half the sampling rate and a motion well below it; noise that is smoothed by
     /// the recorder is underestimated. Source: the difference-sequence estimators of variance (von Neumann 1941; Hall,
     /// Kay and Titterington, Biometrika 77 (1990) 521).
-    pub(super) fn estimate(signal: &[f64], sampling: &Sampling) -> Noise {
-        let segments = sampling.unbroken();
-        let mut differences: Vec<Vec<f64>> =
-            segments.into_iter().map(|r| signal[r].to_vec()).collect();
+    pub(super) fn estimate(signal: &[f64], stretches: &[Range<usize>]) -> Noise {
+        let of_stretches = stretches.iter().map(|r| signal[r.clone()].to_vec());
+        let mut differences: Vec<Vec<f64>> = of_stretches.collect();
         let (mut best, mut worst, mut central_binomial) = (f64::INFINITY, 0.0_f64, 1.0);
         for order in 1..=*ORDERS.end() {
             for segment in &mut differences {
@@ -138,7 +138,8 @@ fn clipped_std(mut values: Vec<f64>) -> Option<f64> {
 /// Share of the steps between successive samples that lie below the resolution: rounding makes a few that are no steps.
 const ROUNDED: f64 = 0.01;
 
-fn resolution(signal: &[f64]) -> f64 {
+/// Smallest usual step between successive samples; 0 where there is none.
+pub(super) fn resolution(signal: &[f64]) -> f64 {
     let steps = signal
         .windows(2)
         .map(|w| (w[1] - w[0]).abs())
@@ -153,6 +154,9 @@ fn resolution(signal: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::faults;
+    use super::super::measurand::Measurand;
+    use super::super::sampling::Sampling;
     use super::*;
 
     /// A stick-slip-like motion (sawtooth with kinks and a 510 Hz ripple) plus seeded Gaussian noise.
@@ -199,7 +203,7 @@ mod tests {
             y + 2e-4 * decay * (std::f64::consts::TAU * 2400.0 * t).sin()
         });
         let ringing: Vec<f64> = ringing.collect();
-        let estimate = |signal: &[f64]| Noise::estimate(signal, &Sampling::of(&time));
+        let estimate = |signal: &[f64]| Noise::estimate(signal, &Sampling::of(&time).unbroken());
         let (mut quiet, mut noisy, mut ringing) =
             (estimate(&quiet), estimate(&noisy), estimate(&ringing));
         assert!(ringing.std > 1e-6 && !ringing.is_white, "{ringing:?}");
@@ -210,10 +214,21 @@ mod tests {
     }
 
     #[test]
+    fn val_a_held_half_tells_nothing_of_the_noise() {
+        let (time, mut signal) = signal(6000, 6e-7);
+        let last = signal[2999];
+        signal[3000..].fill(last);
+        let faults = faults::of(Measurand::Displacement, &signal, resolution(&signal), 0.1);
+        let left = faults::between(&faults, Sampling::of(&time).unbroken());
+        let found = Noise::estimate(&signal, &left).std;
+        assert!((found / 6e-7 - 1.0).abs() < 0.1, "{found:e}, {faults:?}");
+    }
+
+    #[test]
     fn val_known_noise_is_found_within_ten_percent() {
         for std in [1e-7, 6e-7, 1e-5] {
             let (time, signal) = signal(6000, std);
-            let found = Noise::estimate(&signal, &Sampling::of(&time)).std;
+            let found = Noise::estimate(&signal, &Sampling::of(&time).unbroken()).std;
             assert!((found / std - 1.0).abs() < 0.1, "{found:e} for {std:e}");
         }
     }

@@ -62,7 +62,7 @@ pub(super) fn at(
         (is_inside && is_nearest).then_some(place)
     };
     let reading = |t: &f64| place(t).map_or(f64::NAN, |place| between(values, place, jumps));
-    let noise = Noise::estimate(values, &own).of_sensor();
+    let noise = Noise::estimate(values, &own.unbroken()).of_sensor();
     let values: Vec<f64> = wanted.iter().map(reading).collect();
     Ok(Readings {
         values,

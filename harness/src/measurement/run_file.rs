@@ -4,7 +4,7 @@ use super::campaign_file::run_entry::RunEntry;
 use super::further_sensor::{FurtherRecord, FurtherSensor, Reading};
 use super::inputs::{Excitation, InputSeries, InputSignals, Interpolation, is_even};
 use super::measurand::Measurand;
-use super::noise::Noise;
+use super::noise::{self, Noise};
 use super::run::Run;
 use super::sampling::Sampling;
 use super::{csv_table, faults, high_pass};
@@ -78,16 +78,13 @@ pub(super) fn load(
         let all = values.iter_mut().enumerate();
         all.for_each(|(k, value)| *value -= clamp.at_sample(k));
     }
-    let noise = Noise::estimate(&measured, &sampling);
     let further = further_sensors.iter().zip(further);
     let further = further.map(|(sensor, values)| FurtherRecord::of(sensor, &file, &time, values));
     let further = further.collect::<Result<_, _>>()?;
     let belt_velocity = mean(&inputs.belt_velocity, entry.belt_velocity);
-    let faults = match measurand {
-        Measurand::Displacement => faults::find(&measured, &noise),
-        Measurand::Velocity => faults::of_velocity(&measured, &noise, belt_velocity),
-        Measurand::Acceleration => faults::of_acceleration(&measured, &noise),
-    };
+    let resolution = noise::resolution(&measured);
+    let faults = faults::of(measurand, &measured, resolution, belt_velocity);
+    let noise = Noise::estimate(&measured, &faults::between(&faults, sampling.unbroken()));
     let lost: usize = faults.iter().map(|fault| fault.samples).sum();
     if let Some(fault) = faults.iter().max_by_key(|fault| fault.samples)
         && time.len() - lost < FEWEST_SAMPLES
