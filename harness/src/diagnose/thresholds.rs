@@ -6,6 +6,14 @@ pub const FLOOR_MEDIAN: f64 = 1.12;
 /// ... and so is the error of three segments in four.
 pub const FLOOR_QUARTILE: f64 = 1.45;
 
+/// ..., and most segments of each run are met: a run is an experiment of its own, and one of four would be lost unseen among the others.
+/// Of a run with fewer segments than this nothing is concluded: one segment in ten grazes a transition.
+pub const FEWEST_OF_RUN: usize = 3;
+
+/// A segment whose error is more than this many times the noise is lost, as no chance explains: of 30 samples noise alone makes 1.0 with a
+/// standard deviation of 0.13.
+pub const LOST: f64 = 3.0;
+
 /// ...; and what is left is white, the power of its low frequencies at most this many times that of its high ones. True
 /// models leave 0.85 to 1.0, a cubic stiffness fitted to a quadratic one down to 1.03 times the noise 1.44.
 pub const MOST_SPECTRAL_RATIO: f64 = 1.2;

@@ -12,7 +12,7 @@ use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::standings::{further_effects, is_beyond, probability_of, standings};
 use crate::diagnose::result::summary::{Seen, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
-use crate::diagnose::selection::fitted_model::is_small;
+use crate::diagnose::selection::fitted_model::{is_met, is_small};
 use crate::diagnose::selection::full_refit::meets_runs_kept_out;
 use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::ties::rivals;
@@ -114,10 +114,15 @@ pub fn conclude(
         Verdict::UnknownEffect if last > 0 => effect_values(problem, &steps[last]),
         _ => Vec::new(),
     };
+    let top = &steps[steps.len() - 1].fit;
     let seen = Seen {
         ladder: &ladder,
         spectral_ratio: &spectral_ratio,
         prior_conflict: strained.as_ref(),
+        unmet_runs: match is_small(top) {
+            true => &top.unmet_runs,
+            false => &[],
+        },
         proposed: &proposed_terms,
     };
     let mut summary = words(problem, verdict, &effects, &seen, selection);
@@ -133,8 +138,8 @@ pub fn conclude(
     let mut remarks = remarks(problem, fitted, selection, &effects);
     let kept_out = &steps[last].holdout;
     let is_kept_out = problem.held_out.contains(&true);
-    if selection.explained && is_kept_out && !selection.by_hand && !is_small(kept_out) {
-        let over_noise = kept_out.quantile(0.75);
+    if selection.explained && is_kept_out && !selection.by_hand && !is_met(kept_out) {
+        let over_noise = kept_out.worst_over_noise();
         remarks.push(match meets_runs_kept_out(problem, fitted, kept_out)? {
             true => format!(
                 "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and at the noise level once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."

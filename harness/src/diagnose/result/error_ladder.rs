@@ -5,7 +5,7 @@ use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::Care;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::{FittedModel, is_small, name};
+use crate::diagnose::selection::fitted_model::{FittedModel, is_met, name};
 use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::outcome::{Contradiction, Selection};
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -83,14 +83,14 @@ pub fn contradiction(
     }
     let named = selection.path.last().unwrap_or(&selection.calibrated);
     let fitted = named.full_refit.as_ref().unwrap_or(&named.fitted);
-    if is_small(&segment_errors::held_out(problem, fitted, Care::Thorough)?) {
+    if is_met(&segment_errors::held_out(problem, fitted, Care::Thorough)?) {
         return Ok(None);
     }
     // What is their own may have been looked for in vain: as the report judges.
     let steps = climb(problem, selection)?;
     let step = steps.last().expect("the calibrated model at least");
     let judged = &step.holdout;
-    if is_small(judged) || full_refit::meets_runs_kept_out(problem, &step.fitted, judged)? {
+    if is_met(judged) || full_refit::meets_runs_kept_out(problem, &step.fitted, judged)? {
         return Ok(None);
     }
     Ok(Some(Contradiction {
@@ -99,7 +99,7 @@ pub fn contradiction(
             false => name(problem, &named.choices),
         },
         runs,
-        over_noise: judged.quantile(0.75),
+        over_noise: judged.worst_over_noise(),
     }))
 }
 

@@ -93,6 +93,10 @@ pub(crate) fn decide(
             continue;
         }
         bring_together(problem, models, &finalists)?;
+        finalists.retain(|&i| models[i].reaches_floor());
+        if finalists.is_empty() {
+            continue;
+        }
         // On all segments among those; the others stay as far behind the best of them as they are on the segments compared.
         let on_all = |c: &FittedModel| {
             log_posterior_on_all(problem, c).expect("finalists are fitted to all above")
@@ -191,12 +195,9 @@ fn refit_from_larger(
         continued(problem, h, &segments, start, full_refit::last_options())
     })?;
     for ((small, _), fitted) in jobs.into_iter().zip(again) {
-        let full_refit = &mut models[small].full_refit;
-        if full_refit
-            .as_ref()
-            .is_none_or(|w| fitted.fit.log_evidence > w.fit.log_evidence)
-        {
-            *full_refit = Some(fitted);
+        let known = models[small].full_refit.as_ref();
+        if known.is_none_or(|known| full_refit::is_better(problem, &fitted, known)) {
+            full_refit::put(problem, models[small], &segments, fitted)?;
         }
     }
     Ok(())
@@ -233,10 +234,10 @@ pub(crate) fn share_starts(
             .transpose()
     })?;
     for (&i, again) in finalists.iter().zip(again) {
-        let full_refit = &mut models[i].full_refit;
-        let before = full_refit.as_ref().map(|f| f.fit.log_evidence);
-        if let Some(again) = again.filter(|a| Some(a.fit.log_evidence) > before) {
-            *full_refit = Some(again);
+        let known = models[i].full_refit.as_ref();
+        let known = known.expect("finalists are fitted to all");
+        if let Some(again) = again.filter(|a| full_refit::is_better(problem, a, known)) {
+            full_refit::put(problem, models[i], &segments, again)?;
         }
     }
     Ok(())

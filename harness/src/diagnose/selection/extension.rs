@@ -246,6 +246,7 @@ fn seen(
     on_all: FittedHypothesis,
 ) -> Result<FittedModel, Error> {
     let problem = screen.problem;
+    let on_all = full_refit::with_lost_runs(problem, on_all, segments)?;
     let all = problem.fit_segments(1);
     let on_screen = full_refit::restricted(&on_all.fit.point, &all, &screen.indices);
     let choices = &on_all.hypothesis.choices;

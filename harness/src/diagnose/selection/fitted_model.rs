@@ -23,6 +23,12 @@ pub(crate) fn is_small(fit: &SegmentErrors) -> bool {
     fit.quantile(0.5) <= FLOOR_MEDIAN && fit.quantile(0.75) <= FLOOR_QUARTILE
 }
 
+/// Whether errors are down to the noise, on most segments of each run too. Where a fit looks at a part of the segments, too few are of
+/// one run to tell.
+pub(crate) fn is_met(fit: &SegmentErrors) -> bool {
+    is_small(fit) && fit.unmet_runs.is_empty()
+}
+
 /// What segments whose error is more than [`FLOOR_QUARTILE`] times the noise cost beyond what noise would, nats.
 fn lost(problem: &Problem, segments: &[Segment], fitted: &FittedHypothesis) -> f64 {
     let of_segment = |(segment, mean_square): (&Segment, &f64)| {

@@ -6,7 +6,8 @@ use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::{FittedModel, is_small};
+use crate::diagnose::selection::fitted_model::{FittedModel, is_met};
+use crate::diagnose::selection::lost_runs::without_loss;
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -74,17 +75,43 @@ pub fn refit(
     }
     // Segments that were not compared are far off at first, those of a profile above all: the robust objective leads them in.
     let near = multistart::settled(problem, h, segments, start, leading_in())?;
-    multistart::continued(
-        problem,
-        near.hypothesis,
-        segments,
-        near.fit.point,
-        last_options(),
-    )
+    let (h, start) = (near.hypothesis, near.fit.point);
+    let fitted = multistart::continued(problem, h, segments, start, last_options())?;
+    with_lost_runs(problem, fitted, segments)
+}
+
+/// A fit to all segments of the runs fitted, or the one from where the runs that it lost got another chance, if that is better.
+///
+/// # Errors
+/// An FMU that can't be run.
+pub(crate) fn with_lost_runs(
+    problem: &Problem,
+    fitted: FittedHypothesis,
+    segments: &[Segment],
+) -> Result<FittedHypothesis, Error> {
+    let Some(start) = without_loss(problem, &fitted, segments)? else {
+        return Ok(fitted);
+    };
+    let h = fitted.hypothesis.clone();
+    let near = multistart::continued(problem, h, segments, start, leading_in())?;
+    let (h, start) = (near.hypothesis, near.fit.point);
+    let again = multistart::continued(problem, h, segments, start, last_options())?;
+    let is_better = is_better(problem, &again, &fitted);
+    Ok(if is_better { again } else { fitted })
+}
+
+/// Whether a fit to all segments of the runs fitted is better than another one: it leaves fewer runs unmet, or as many with more evidence.
+pub(crate) fn is_better(problem: &Problem, new: &FittedHypothesis, old: &FittedHypothesis) -> bool {
+    let all = problem.fit_segments(1);
+    let unmet =
+        |fitted: &FittedHypothesis| segment_errors::unmet_runs(problem, &all, &fitted.fit).len();
+    let fewer = unmet(new).cmp(&unmet(old));
+    fewer.is_lt() || fewer.is_eq() && new.fit.log_evidence > old.fit.log_evidence
 }
 
 /// Whether a model that is down to the noise on the segments compared also stands when it is fitted to all: it must neither bend
-/// the structure nor leave what is not white. One that does not is marked, so that it no longer counts as down to the noise.
+/// the structure, nor leave what is not white, nor most of a run. One that does not is marked, so that it no longer counts as down to the
+/// noise.
 ///
 /// # Errors
 /// An FMU that can't be run.
@@ -154,7 +181,7 @@ pub fn meets_runs_kept_out(
     let near = continued(start, leading_in())?;
     let together = continued(near.fit.point, last_options())?;
     let meets = |some: &[usize]| {
-        is_small(&segment_errors::of_fit(
+        is_met(&segment_errors::of_fit(
             problem,
             some,
             &together.fit.of_segments(some),
@@ -188,7 +215,8 @@ pub(crate) fn put(
     segments: &[Segment],
     fitted: FittedHypothesis,
 ) -> Result<(), Error> {
-    model.is_refuted = is_bent_or_coloured(problem, segments, &fitted)?;
+    let unmet = segment_errors::unmet_runs(problem, &problem.fit_segments(1), &fitted.fit);
+    model.is_refuted = !unmet.is_empty() || is_bent_or_coloured(problem, segments, &fitted)?;
     model.full_refit = Some(fitted);
     Ok(())
 }

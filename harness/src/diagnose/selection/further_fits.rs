@@ -180,7 +180,7 @@ impl Screen<'_> {
                 further = again;
             }
         }
-        let Some(start) = without_loss(self.problem, &further, &self.segments)? else {
+        let Some(start) = without_loss(self.problem, &further.fitted, &self.segments)? else {
             return Ok(further);
         };
         let again = self.fitted(&old.choices, start, options)?;

@@ -5,33 +5,31 @@
 //! own, phases all round, while all that the runs share is held, as for a run that was kept out.
 
 use crate::diagnose::data::segment::Segment;
+use crate::diagnose::estimation::fit::FittedHypothesis;
 use crate::diagnose::estimation::fit_options::{Care, FitOptions};
 use crate::diagnose::estimation::run_parameters;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::thresholds::LOST;
 use crate::error::Error;
 use crate::metric::median;
 
-/// Median error of a run over the noise up to which it has arrived, ...
+/// Median error of a run over the noise up to which it has arrived; beyond [`LOST`] it is lost.
 const ARRIVED: f64 = 1.5;
-/// ... and beyond which it is lost.
-const LOST: f64 = 3.0;
 /// Jacobians for what is their own.
 const STEPS: usize = 3;
 
-/// Where to fit a model from so that the runs that it lost get another chance; `None` if it lost none, or more
-/// than it found.
+/// Where to fit a hypothesis from so that the runs that it lost get another chance; `None` if it lost none or met none.
 ///
 /// # Errors
 /// An FMU that can't be instantiated.
 pub(crate) fn without_loss(
     problem: &Problem,
-    model: &FittedModel,
+    fitted: &FittedHypothesis,
     segments: &[Segment],
 ) -> Result<Option<Point>, Error> {
     let errors = |run: usize| -> Option<f64> {
-        let of_run = segments.iter().zip(&model.fitted.fit.mean_square);
+        let of_run = segments.iter().zip(&fitted.fit.mean_square);
         let mut ratios: Vec<f64> = of_run
             .filter(|(segment, _)| segment.run == run)
             .map(|(_, m)| m.sqrt() / problem.noise[run])
@@ -46,11 +44,11 @@ pub(crate) fn without_loss(
         some.map(|(run, _)| *run).collect()
     };
     let (arrived, lost) = (runs(&|e| e <= ARRIVED), runs(&|e| e > LOST));
-    if lost.is_empty() || arrived.len() < lost.len() {
+    if lost.is_empty() || arrived.is_empty() {
         return Ok(None);
     }
-    let h = &model.fitted.hypothesis;
-    let mut point = model.fitted.fit.point.clone();
+    let h = &fitted.hypothesis;
+    let mut point = fitted.fit.point.clone();
     point.spread_per_run(h, &arrived, &lost);
     let of_lost: Vec<usize> = (0..segments.len())
         .filter(|&k| lost.contains(&segments[k].run))

@@ -14,7 +14,9 @@ use crate::diagnose::estimation::run_parameters;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
+use crate::diagnose::thresholds::{FEWEST_OF_RUN, LOST};
 use crate::error::Error;
+use crate::metric::median;
 
 /// Errors of prediction.
 #[derive(Debug, Clone)]
@@ -25,6 +27,8 @@ pub struct SegmentErrors {
     pub by_run: Vec<f64>,
     /// Mean square error of each segment over the noise's, by all sensors, sorted.
     pub ratio: Vec<f64>,
+    /// Runs of which most segments are lost.
+    pub unmet_runs: Vec<UnmetRun>,
     /// Objective without the worst fifth of the segments.
     pub trimmed: f64,
     /// Indices of the segments judged.
@@ -39,6 +43,15 @@ pub struct SegmentErrors {
     pub all_segments: Option<(Vec<usize>, Point)>,
 }
 
+/// A run that a hypothesis does not meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnmetRun {
+    /// Its number.
+    pub run: usize,
+    /// Median error of its segments, in units of the noise.
+    pub over_noise: f64,
+}
+
 impl SegmentErrors {
     /// Root of the `share`-quantile of the mean square errors, in units of the noise.
     pub fn quantile(&self, share: f64) -> f64 {
@@ -46,6 +59,12 @@ impl SegmentErrors {
             0 => f64::NAN,
             n => self.ratio[((n - 1) as f64 * share).round() as usize].sqrt(),
         }
+    }
+
+    /// The upper quartile of the errors, or the error of the run that is met worst, in units of the noise.
+    pub fn worst_over_noise(&self) -> f64 {
+        let of_runs = self.unmet_runs.iter().map(|unmet| unmet.over_noise);
+        of_runs.fold(self.quantile(0.75), f64::max)
     }
 }
 
@@ -71,6 +90,7 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
         nrmse,
         by_run,
         ratio,
+        unmet_runs: unmet_runs(problem, segments, fit),
         trimmed: fit.trimmed,
         segments: segments.to_vec(),
         mean_square: fit.mean_square.clone(),
@@ -78,6 +98,28 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
         point: fit.point.clone(),
         all_segments: None,
     }
+}
+
+/// Runs of which most segments, which stand at `segments` in the problem's list, are lost.
+pub(crate) fn unmet_runs(problem: &Problem, segments: &[usize], fit: &Fit) -> Vec<UnmetRun> {
+    let mut of_runs = vec![Vec::new(); problem.noise.len()];
+    for (&k, mean_square) in segments.iter().zip(&fit.mean_square) {
+        let run = problem.segments[k].run;
+        of_runs[run].push(mean_square.sqrt() / problem.noise[run]);
+    }
+    let of_runs = of_runs.iter_mut().enumerate();
+    let of_runs = of_runs.filter(|(_, over_noise)| is_unmet(over_noise));
+    let unmet = of_runs.map(|(run, over_noise)| UnmetRun {
+        run,
+        over_noise: median(over_noise),
+    });
+    unmet.collect()
+}
+
+/// Whether most of a run's segments, with these errors over the noise, are lost.
+fn is_unmet(over_noise: &[f64]) -> bool {
+    let lost = over_noise.iter().filter(|error| **error > LOST).count();
+    over_noise.len() >= FEWEST_OF_RUN && 2 * lost > over_noise.len()
 }
 
 /// Root of the median mean square error of each further sensor, over its noise.
@@ -270,4 +312,26 @@ fn only(fit: &Fit, all: &[usize], wanted: &[usize]) -> Fit {
         .filter_map(|k| all.iter().position(|a| a == k))
         .collect();
     fit.of_segments(&places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_unmet_where_more_than_half_of_at_least_three_segments_are_lost() {
+        let with = |met: usize, lost: usize| [vec![1.1; met], vec![40.0; lost]].concat();
+        for (met, lost, is) in [
+            (3, 0, false),
+            (2, 2, false),
+            (2, 3, true),
+            (0, 2, false),
+            (0, 3, true),
+            (20, 19, false),
+        ] {
+            assert_eq!(is_unmet(&with(met, lost)), is, "{met} met, {lost} lost");
+        }
+        // Off, but not lost: of that the quartile of all segments tells.
+        assert!(!is_unmet(&[2.0; 9]));
+    }
 }
