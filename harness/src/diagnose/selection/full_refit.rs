@@ -7,7 +7,7 @@ use crate::diagnose::initialisation::multistart;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
 use crate::diagnose::selection::fitted_model::{FittedModel, is_met};
-use crate::diagnose::selection::lost_runs::without_loss;
+use crate::diagnose::selection::lost_runs::LostRuns;
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
@@ -89,9 +89,11 @@ pub(crate) fn with_lost_runs(
     fitted: FittedHypothesis,
     segments: &[Segment],
 ) -> Result<FittedHypothesis, Error> {
-    let Some(start) = without_loss(problem, &fitted, segments)? else {
+    let lost = LostRuns::of(problem, &fitted, segments);
+    if !lost.may_be_found() {
         return Ok(fitted);
-    };
+    }
+    let start = lost.start(problem, &fitted, segments)?;
     let h = fitted.hypothesis.clone();
     let near = multistart::continued(problem, h, segments, start, leading_in())?;
     let (h, start) = (near.hypothesis, near.fit.point);

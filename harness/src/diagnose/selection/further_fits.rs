@@ -8,7 +8,7 @@ use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::full_refit;
-use crate::diagnose::selection::lost_runs::without_loss;
+use crate::diagnose::selection::lost_runs::LostRuns;
 use crate::diagnose::selection::screening::Screen;
 use crate::error::Error;
 use crate::parallel::parallel;
@@ -180,9 +180,11 @@ impl Screen<'_> {
                 further = again;
             }
         }
-        let Some(start) = without_loss(self.problem, &further.fitted, &self.segments)? else {
+        let lost = LostRuns::of(self.problem, &further.fitted, &self.segments);
+        if !(lost.may_be_found() && lost.are_few()) {
             return Ok(further);
-        };
+        }
+        let start = lost.start(self.problem, &further.fitted, &self.segments)?;
         let again = self.fitted(&old.choices, start, options)?;
         let is_better = again.fit.trimmed < further.fit.trimmed;
         Ok(if is_better { again } else { further })
