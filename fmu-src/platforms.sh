@@ -35,7 +35,7 @@ zig_environment() {
 zigbuild() { # target, further arguments
     local target=$1
     shift
-    PATH="$PWD/$work/venv/bin:$PATH" "$@" cargo-zigbuild zigbuild --release -p beam-fmu \
+    PATH="$PWD/$work/venv/bin:$PATH" "$@" cargo-zigbuild zigbuild --release --locked -p beam-fmu \
         --target "$target.2.17" --target-dir "$work/cargo"
 }
 
@@ -81,7 +81,7 @@ if wanted win64; then
     else
         # Debian's compiler has no standard library for Windows, but its sources: cargo builds it along.
         RUSTC_BOOTSTRAP=1 RUSTC=$debian_rust CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER=$linker \
-            /usr/bin/cargo build --release -p beam-fmu --target x86_64-pc-windows-gnu \
+            /usr/bin/cargo build --release --locked -p beam-fmu --target x86_64-pc-windows-gnu \
             -Zbuild-std=std,panic_unwind --target-dir "$work/cargo"
         # `pack` strips ELF files itself; the library with its line tables stays in the build folder.
         x86_64-w64-mingw32-strip -o "$work/beam_fmu.dll" "$work/cargo/x86_64-pc-windows-gnu/release/beam_fmu.dll"

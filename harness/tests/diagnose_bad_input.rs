@@ -167,7 +167,10 @@ fn a_dead_channel_is_named_with_its_value_and_place() {
     runs[2].1[1500..].fill(0.0);
     let diagnosis = diagnosed(&runs).unwrap();
     claims_nothing(&diagnosis);
-    assert!(remarks(&diagnosis).contains("1500 samples are clipped or held"));
+    let said = remarks(&diagnosis);
+    assert!(said.contains("1500 samples are clipped or held"), "{said}");
+    // The noise is that of the other half: nothing is put on.
+    assert!(!said.contains("white noise of"), "{said}");
 }
 
 #[test]

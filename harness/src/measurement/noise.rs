@@ -60,7 +60,8 @@ impl Noise {
                 (best, worst) = (best.min(of_order), worst.max(of_order));
             }
         }
-        let scatter = SCATTER_OF_ORDERS / (signal.len() as f64).sqrt();
+        let samples: usize = stretches.iter().map(|stretch| stretch.len()).sum();
+        let scatter = SCATTER_OF_ORDERS / (samples as f64).sqrt();
         Noise {
             std: if best.is_finite() { best } else { 0.0 },
             resolution: resolution(signal),

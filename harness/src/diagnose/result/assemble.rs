@@ -10,9 +10,9 @@ use crate::diagnose::result::further_sensors::found_sensors;
 use crate::diagnose::result::remarks::remarks;
 use crate::diagnose::result::run_sets::effect_values;
 use crate::diagnose::result::standings::{further_effects, is_beyond, probability_of, standings};
-use crate::diagnose::result::summary::{Seen, words};
+use crate::diagnose::result::summary::{Seen, unmet_words, words};
 use crate::diagnose::result::unknown::{unknown, unknown_rivals};
-use crate::diagnose::selection::fitted_model::{is_met, is_small};
+use crate::diagnose::selection::fitted_model::is_met;
 use crate::diagnose::selection::full_refit::meets_runs_kept_out;
 use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::ties::rivals;
@@ -114,18 +114,17 @@ pub fn conclude(
         Verdict::UnknownEffect if last > 0 => effect_values(problem, &steps[last]),
         _ => Vec::new(),
     };
-    let top = &steps[steps.len() - 1].fit;
     let seen = Seen {
         ladder: &ladder,
         spectral_ratio: &spectral_ratio,
         prior_conflict: strained.as_ref(),
-        unmet_runs: match is_small(top) {
-            true => &top.unmet_runs,
-            false => &[],
-        },
         proposed: &proposed_terms,
     };
     let mut summary = words(problem, verdict, &effects, &seen, selection);
+    if verdict == Verdict::UnknownEffect {
+        let top = steps.last().expect("the calibrated model at least");
+        summary += &unmet_words(problem, &top.fit);
+    }
     if let Some(unknown) = &unknown {
         summary = format!("{summary} {}", unknown.words);
     }
@@ -139,13 +138,13 @@ pub fn conclude(
     let kept_out = &steps[last].holdout;
     let is_kept_out = problem.held_out.contains(&true);
     if selection.explained && is_kept_out && !selection.by_hand && !is_met(kept_out) {
-        let over_noise = kept_out.worst_over_noise();
+        let over_noise = kept_out.over_noise_words(problem);
         remarks.push(match meets_runs_kept_out(problem, fitted, kept_out)? {
             true => format!(
-                "On the runs kept out the error is {over_noise:.1} times the noise in a quarter of the segments, and at the noise level once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
+                "On the runs kept out the error is {over_noise}, and at the noise level once they are fitted too: the runs fitted do not fix the constants well enough to predict these. Fit more operating points."
             ),
             false => format!(
-                "The runs kept out contradict this: their error is {over_noise:.1} times the noise in a quarter of the segments, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing."
+                "The runs kept out contradict this: their error is {over_noise}, beyond what the runs fitted promise. Fit more operating points, or look there for what is missing."
             ),
         });
     }

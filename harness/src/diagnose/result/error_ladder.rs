@@ -43,11 +43,16 @@ impl Step {
     /// Judges once more from what a smaller model found of the runs kept out, if that predicts them better: what is their
     /// own, a friction level above all, may have been looked for in vain.
     fn rejudge(&mut self, problem: &Problem, smaller: &Step) -> Result<(), Error> {
-        if self.holdout.quantile(0.5) > smaller.holdout.quantile(0.5) {
+        let is_worse = |mine: &SegmentErrors, other: &SegmentErrors| {
+            let unmet = mine.unmet_runs.len().cmp(&other.unmet_runs.len());
+            let median = mine.quantile(0.5).total_cmp(&other.quantile(0.5));
+            unmet.then(median).is_gt()
+        };
+        if is_worse(&self.holdout, &smaller.holdout) {
             let known = Some((&smaller.fitted.hypothesis, &smaller.holdout));
             let again =
                 segment_errors::held_out_from(problem, &self.fitted, Care::Thorough, known)?;
-            if again.quantile(0.5) < self.holdout.quantile(0.5) {
+            if is_worse(&self.holdout, &again) {
                 self.holdout = again;
             }
         }

@@ -9,10 +9,10 @@ use crate::diagnose::model::unknown_function::is_unknown_function;
 use crate::diagnose::result::diagnosis::{FoundEffect, Rung, Verdict};
 use crate::diagnose::selection::outcome::{Beyond, Selection};
 use crate::diagnose::selection::ties::others;
-use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
+use crate::diagnose::thresholds::{FLOOR_MEDIAN, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::estimate::Estimate;
 use crate::diagnose::validation::prior_conflict::PriorConflict;
-use crate::diagnose::validation::segment_errors::UnmetRun;
+use crate::diagnose::validation::segment_errors::{SegmentErrors, UnmetRun};
 use crate::fmu::effect_card::EffectCard;
 use crate::report::percent;
 
@@ -136,8 +136,6 @@ pub(crate) struct Seen<'a> {
     pub spectral_ratio: &'a [f64],
     /// A constant of the structure that the model which explains the data had to bend.
     pub prior_conflict: Option<&'a PriorConflict>,
-    /// Runs that the last step does not meet, though it is down to the noise on most of what was fitted.
-    pub unmet_runs: &'a [UnmetRun],
     /// Terms proposed.
     pub proposed: &'a [ProposedTerm],
 }
@@ -252,7 +250,7 @@ pub(crate) fn words(
                 );
             }
             let left = seen.spectral_ratio.last().copied().unwrap_or(f64::NAN);
-            let coloured = if last.holdout_over_noise < NEARLY_NOISE && left > MOST_SPECTRAL_RATIO {
+            let near = if last.holdout_over_noise < NEARLY_NOISE && left > MOST_SPECTRAL_RATIO {
                 format!(
                     " The last step of the ladder comes to {:.2} times the sensor noise, but what it leaves is not white as noise is: its low frequencies have {left:.2} times the power of its high ones.",
                     last.holdout_over_noise
@@ -260,7 +258,6 @@ pub(crate) fn words(
             } else {
                 String::new()
             };
-            let near = coloured + &unmet_words(problem, seen.unmet_runs);
             if let Some(tried) = by_hand {
                 return format!(
                     "What was tried by hand ({tried}) does not explain the data: after calibration {:.1} times the sensor noise remains, and {:.1} times with all that was tried. No other effect was tried; `diagnose` searches the catalogue.{near}{}{}",
@@ -290,13 +287,16 @@ pub(crate) fn words(
     }
 }
 
-/// That the last step of the ladder does not meet some runs.
-fn unmet_words(problem: &Problem, unmet_runs: &[UnmetRun]) -> String {
+/// That the last step of the ladder does not meet some runs, where it is down to the noise on most segments.
+pub(crate) fn unmet_words(problem: &Problem, fit: &SegmentErrors) -> String {
+    if !(fit.quantile(0.5) <= FLOOR_MEDIAN) {
+        return String::new();
+    }
     let of_run = |unmet: &UnmetRun| {
         let run = &problem.campaign.runs[unmet.run].name;
         format!("{run} ({:.1} times the noise)", unmet.over_noise)
     };
-    let runs: Vec<String> = unmet_runs.iter().map(of_run).collect();
+    let runs: Vec<String> = fit.unmet_runs.iter().map(of_run).collect();
     match runs.is_empty() {
         true => String::new(),
         false => format!(

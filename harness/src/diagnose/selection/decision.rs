@@ -135,13 +135,13 @@ fn is_part(small: &FittedModel, large: &FittedModel) -> bool {
 
 /// Whether a hypothesis that lacks some of a model's effects, fitted to the same data, is more probable than the model itself: what a
 /// further effect then does to residuals that are not white is no evidence for it, though the smaller hypothesis is not
-/// adequate either.
+/// adequate either. A part that leaves more runs unmet is no better, whatever its evidence: a run that is given up costs little.
 fn has_better_part(problem: &Problem, models: &[&mut FittedModel], leading: usize) -> bool {
     let whole = &models[leading];
     let posterior = |c: &FittedModel| log_posterior_on_all(problem, c);
     models
         .iter()
-        .filter(|c| is_part(c, whole))
+        .filter(|c| is_part(c, whole) && c.unmet_runs <= whole.unmet_runs)
         .any(|c| posterior(c) >= posterior(whole))
 }
 
@@ -196,7 +196,7 @@ fn refit_from_larger(
     })?;
     for ((small, _), fitted) in jobs.into_iter().zip(again) {
         let known = models[small].full_refit.as_ref();
-        if known.is_none_or(|known| full_refit::is_better(problem, &fitted, known)) {
+        if known.is_none_or(|known| full_refit::is_better(problem, &all, &fitted, known)) {
             full_refit::put(problem, models[small], &segments, fitted)?;
         }
     }
@@ -211,7 +211,8 @@ pub(crate) fn share_starts(
     finalists: &[usize],
     changed: &[usize],
 ) -> Result<(), Error> {
-    let segments = problem.copies(&problem.fit_segments(1));
+    let all = problem.fit_segments(1);
+    let segments = problem.copies(&all);
     let fits: Vec<&FittedHypothesis> = finalists
         .iter()
         .map(|&i| {
@@ -236,7 +237,7 @@ pub(crate) fn share_starts(
     for (&i, again) in finalists.iter().zip(again) {
         let known = models[i].full_refit.as_ref();
         let known = known.expect("finalists are fitted to all");
-        if let Some(again) = again.filter(|a| full_refit::is_better(problem, a, known)) {
+        if let Some(again) = again.filter(|a| full_refit::is_better(problem, &all, a, known)) {
             full_refit::put(problem, models[i], &segments, again)?;
         }
     }

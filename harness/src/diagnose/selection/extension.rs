@@ -246,8 +246,8 @@ fn seen(
     on_all: FittedHypothesis,
 ) -> Result<FittedModel, Error> {
     let problem = screen.problem;
-    let on_all = full_refit::with_lost_runs(problem, on_all, segments)?;
     let all = problem.fit_segments(1);
+    let on_all = full_refit::with_lost_runs(problem, on_all, &all, segments)?;
     let on_screen = full_refit::restricted(&on_all.fit.point, &all, &screen.indices);
     let choices = &on_all.hypothesis.choices;
     let mut model = screen.continued(choices, on_screen, refitting(RETRY))?;

@@ -12,6 +12,7 @@ use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
+use std::cmp::Ordering;
 
 /// Whether errors are down to the noise and as white; a spectral ratio that could not be told is passed over.
 pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {
@@ -66,6 +67,8 @@ pub struct FittedModel {
     pub samples: f64,
     /// Fitted to all segments of the runs fitted, once that was needed ([`super::full_refit`]).
     pub full_refit: Option<FittedHypothesis>,
+    /// How many runs that fit does not meet.
+    pub unmet_runs: usize,
     /// Whether that fit showed it to be wrong.
     pub is_refuted: bool,
     /// Whether the search passed it over after first looks at it ([`super::race`]): it stands where the best of these brought it.
@@ -95,6 +98,7 @@ impl FittedModel {
             holdout: None,
             samples: segments.iter().map(|s| s.counted() as f64).sum::<f64>() / STRIDE as f64,
             full_refit: None,
+            unmet_runs: 0,
             is_refuted: false,
             is_passed_over: false,
             log_posterior: f64::NAN,
@@ -173,14 +177,17 @@ impl FittedModel {
     pub fn is_better_fit(&self, other: &FittedModel) -> bool {
         match (&self.full_refit, &other.full_refit) {
             (Some(mine), Some(theirs)) if self.reaches_floor() == other.reaches_floor() => {
-                mine.fit.log_evidence > theirs.fit.log_evidence
+                match self.unmet_runs.cmp(&other.unmet_runs) {
+                    Ordering::Equal => mine.fit.log_evidence > theirs.fit.log_evidence,
+                    unmet => unmet.is_lt(),
+                }
             }
             _ => self.is_before(other),
         }
     }
 
     /// The order of a search.
-    pub fn compare(&self, other: &FittedModel) -> std::cmp::Ordering {
+    pub fn compare(&self, other: &FittedModel) -> Ordering {
         let (mine, theirs) = (self.rank(), other.rank());
         mine.0.cmp(&theirs.0).then(mine.1.total_cmp(&theirs.1))
     }

@@ -8,6 +8,7 @@ use crate::diagnose::model::variants::variants;
 use crate::diagnose::selection::as_given::as_given;
 use crate::diagnose::selection::decision::log_prior;
 use crate::diagnose::selection::fitted_model::FittedModel;
+use crate::diagnose::selection::full_refit;
 use crate::diagnose::selection::outcome::Selection;
 use crate::diagnose::selection::screening::Screen;
 use crate::diagnose::selection::windows::Lengths;
@@ -52,7 +53,13 @@ pub fn follow(problem: &Problem, effects: &[usize], watch: &dyn Watch) -> Result
         }
         path.push(forms.swap_remove(0));
     }
-    let explained = path.last().unwrap_or(&calibrated).reaches_floor();
+    let explained = match path.last_mut() {
+        // Where friction scatters nothing is compared on all segments.
+        Some(last) if !problem.place_is_told() && !watch.stop() => {
+            full_refit::stands(problem, last)?
+        }
+        last => last.map_or(calibrated.reaches_floor(), |last| last.reaches_floor()),
+    };
     let is_profile_alone =
         path.len() == 1 && is_profile(&problem.catalogue[path[0].choices[0].effect]);
     Ok(Selection {

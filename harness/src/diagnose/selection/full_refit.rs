@@ -77,18 +77,23 @@ pub fn refit(
     let near = multistart::settled(problem, h, segments, start, leading_in())?;
     let (h, start) = (near.hypothesis, near.fit.point);
     let fitted = multistart::continued(problem, h, segments, start, last_options())?;
-    with_lost_runs(problem, fitted, segments)
+    with_lost_runs(problem, fitted, all, segments)
 }
 
-/// A fit to all segments of the runs fitted, or the one from where the runs that it lost got another chance, if that is better.
+/// A fit to `segments`, which stand at `all` in the problem's list, or the one from where the runs that it lost got another chance, if that
+/// is better.
 ///
 /// # Errors
 /// An FMU that can't be run.
 pub(crate) fn with_lost_runs(
     problem: &Problem,
     fitted: FittedHypothesis,
+    all: &[usize],
     segments: &[Segment],
 ) -> Result<FittedHypothesis, Error> {
+    if segment_errors::unmet_runs(problem, all, &fitted.fit).is_empty() {
+        return Ok(fitted);
+    }
     let lost = LostRuns::of(problem, &fitted, segments);
     if !lost.may_be_found() {
         return Ok(fitted);
@@ -98,15 +103,20 @@ pub(crate) fn with_lost_runs(
     let near = multistart::continued(problem, h, segments, start, leading_in())?;
     let (h, start) = (near.hypothesis, near.fit.point);
     let again = multistart::continued(problem, h, segments, start, last_options())?;
-    let is_better = is_better(problem, &again, &fitted);
+    let is_better = is_better(problem, all, &again, &fitted);
     Ok(if is_better { again } else { fitted })
 }
 
-/// Whether a fit to all segments of the runs fitted is better than another one: it leaves fewer runs unmet, or as many with more evidence.
-pub(crate) fn is_better(problem: &Problem, new: &FittedHypothesis, old: &FittedHypothesis) -> bool {
-    let all = problem.fit_segments(1);
+/// Whether a fit to the segments at `all` in the problem's list is better than another one: it leaves fewer runs unmet, or as many with more
+/// evidence.
+pub(crate) fn is_better(
+    problem: &Problem,
+    all: &[usize],
+    new: &FittedHypothesis,
+    old: &FittedHypothesis,
+) -> bool {
     let unmet =
-        |fitted: &FittedHypothesis| segment_errors::unmet_runs(problem, &all, &fitted.fit).len();
+        |fitted: &FittedHypothesis| segment_errors::unmet_runs(problem, all, &fitted.fit).len();
     let fewer = unmet(new).cmp(&unmet(old));
     fewer.is_lt() || fewer.is_eq() && new.fit.log_evidence > old.fit.log_evidence
 }
@@ -182,6 +192,7 @@ pub fn meets_runs_kept_out(
         |start, options| multistart::continued(problem, h.clone(), &segments, start, options);
     let near = continued(start, leading_in())?;
     let together = continued(near.fit.point, last_options())?;
+    let together = with_lost_runs(problem, together, &all, &segments)?;
     let meets = |some: &[usize]| {
         is_met(&segment_errors::of_fit(
             problem,
@@ -218,6 +229,7 @@ pub(crate) fn put(
     fitted: FittedHypothesis,
 ) -> Result<(), Error> {
     let unmet = segment_errors::unmet_runs(problem, &problem.fit_segments(1), &fitted.fit);
+    model.unmet_runs = unmet.len();
     model.is_refuted = !unmet.is_empty() || is_bent_or_coloured(problem, segments, &fitted)?;
     model.full_refit = Some(fitted);
     Ok(())

@@ -32,7 +32,7 @@ pub struct Contradiction {
     pub answer: String,
     /// The runs.
     pub runs: Vec<String>,
-    /// Its error there over the noise, three segments in four.
+    /// Its error there over the noise: that of three segments in four, or of the run that is met worst.
     pub over_noise: f64,
 }
 

@@ -17,6 +17,7 @@ use crate::diagnose::model::problem::Problem;
 use crate::diagnose::thresholds::{FEWEST_OF_RUN, LOST};
 use crate::error::Error;
 use crate::metric::median;
+use std::collections::BTreeMap;
 
 /// Errors of prediction.
 #[derive(Debug, Clone)]
@@ -61,7 +62,21 @@ impl SegmentErrors {
         }
     }
 
-    /// The upper quartile of the errors, or the error of the run that is met worst, in units of the noise.
+    /// How large the errors are, in words: the upper quartile, or the median of the run that is met worst where that is more.
+    pub fn over_noise_words(&self, problem: &Problem) -> String {
+        let worst = self.unmet_runs.iter();
+        let worst = worst.max_by(|a, b| a.over_noise.total_cmp(&b.over_noise));
+        let quartile = self.quantile(0.75);
+        match worst.filter(|unmet| unmet.over_noise > quartile) {
+            Some(unmet) => format!(
+                "{:.1} times the noise in most segments of {}",
+                unmet.over_noise, problem.campaign.runs[unmet.run].name
+            ),
+            None => format!("{quartile:.1} times the noise in a quarter of the segments"),
+        }
+    }
+
+    /// The upper quartile of the errors, or the median of the run that is met worst where that is more, in units of the noise.
     pub fn worst_over_noise(&self) -> f64 {
         let of_runs = self.unmet_runs.iter().map(|unmet| unmet.over_noise);
         of_runs.fold(self.quantile(0.75), f64::max)
@@ -102,16 +117,25 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
 
 /// Runs of which most segments, which stand at `segments` in the problem's list, are lost.
 pub(crate) fn unmet_runs(problem: &Problem, segments: &[usize], fit: &Fit) -> Vec<UnmetRun> {
-    let mut of_runs = vec![Vec::new(); problem.noise.len()];
-    for (&k, mean_square) in segments.iter().zip(&fit.mean_square) {
+    debug_assert_eq!(segments.len(), fit.mean_square.len(), "fitted to others");
+    let errors = segments.iter().zip(&fit.mean_square);
+    unmet(errors.map(|(&k, mean_square)| {
         let run = problem.segments[k].run;
-        of_runs[run].push(mean_square.sqrt() / problem.noise[run]);
+        (run, mean_square.sqrt() / problem.noise[run])
+    }))
+}
+
+/// Runs of which most segments are lost, from each segment's run and error over the noise.
+fn unmet(errors: impl Iterator<Item = (usize, f64)>) -> Vec<UnmetRun> {
+    let mut of_runs: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for (run, over_noise) in errors {
+        of_runs.entry(run).or_default().push(over_noise);
     }
-    let of_runs = of_runs.iter_mut().enumerate();
+    let of_runs = of_runs.into_iter();
     let of_runs = of_runs.filter(|(_, over_noise)| is_unmet(over_noise));
-    let unmet = of_runs.map(|(run, over_noise)| UnmetRun {
+    let unmet = of_runs.map(|(run, mut over_noise)| UnmetRun {
         run,
-        over_noise: median(over_noise),
+        over_noise: median(&mut over_noise),
     });
     unmet.collect()
 }
@@ -331,6 +355,21 @@ mod tests {
         ] {
             assert_eq!(is_unmet(&with(met, lost)), is, "{met} met, {lost} lost");
         }
+        // Of a run that was not fitted nothing is said; the second of the others is lost.
+        let errors = [
+            (0, 1.0),
+            (2, 40.0),
+            (0, 50.0),
+            (2, 30.0),
+            (2, 1.1),
+            (0, 1.2),
+            (4, 90.0),
+        ];
+        let found = UnmetRun {
+            run: 2,
+            over_noise: 30.0,
+        };
+        assert_eq!(unmet(errors.into_iter()), [found]);
         // Off, but not lost: of that the quartile of all segments tells.
         assert!(!is_unmet(&[2.0; 9]));
     }

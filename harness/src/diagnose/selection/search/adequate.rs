@@ -107,7 +107,8 @@ impl Exploration<'_> {
             let standing = (0..close.len()).filter(|&i| close[i].reaches_floor());
             let standing: Vec<usize> = standing.collect();
             share_starts(self.problem, &mut close, &standing, &standing)?;
-            if !standing.is_empty() || self.watch.stop() {
+            // What replaces a fit is judged again.
+            if close.iter().any(|m| m.reaches_floor()) || self.watch.stop() {
                 return Ok(());
             }
         }
