@@ -12,7 +12,6 @@ use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
 use crate::error::Error;
-use std::cmp::Ordering;
 
 /// Whether errors are down to the noise and as white; a spectral ratio that could not be told is passed over.
 pub fn is_floor(fit: &SegmentErrors, spectral_ratio: f64) -> bool {
@@ -28,6 +27,16 @@ pub(crate) fn is_small(fit: &SegmentErrors) -> bool {
 /// one run to tell.
 pub(crate) fn is_met(fit: &SegmentErrors) -> bool {
     is_small(fit) && fit.unmet_runs.is_empty()
+}
+
+/// Whether the first of two fits to all segments, each with the number of runs that it leaves unmet, is the better one: it leaves fewer, or as
+/// many with more evidence.
+pub(crate) fn fits_better(
+    (unmet, mine): (usize, &FittedHypothesis),
+    (unmet_by_other, other): (usize, &FittedHypothesis),
+) -> bool {
+    let is_more_probable = mine.fit.log_evidence > other.fit.log_evidence;
+    unmet < unmet_by_other || unmet == unmet_by_other && is_more_probable
 }
 
 /// What segments whose error is more than [`FLOOR_QUARTILE`] times the noise cost beyond what noise would, nats.
@@ -177,17 +186,14 @@ impl FittedModel {
     pub fn is_better_fit(&self, other: &FittedModel) -> bool {
         match (&self.full_refit, &other.full_refit) {
             (Some(mine), Some(theirs)) if self.reaches_floor() == other.reaches_floor() => {
-                match self.unmet_runs.cmp(&other.unmet_runs) {
-                    Ordering::Equal => mine.fit.log_evidence > theirs.fit.log_evidence,
-                    unmet => unmet.is_lt(),
-                }
+                fits_better((self.unmet_runs, mine), (other.unmet_runs, theirs))
             }
             _ => self.is_before(other),
         }
     }
 
     /// The order of a search.
-    pub fn compare(&self, other: &FittedModel) -> Ordering {
+    pub fn compare(&self, other: &FittedModel) -> std::cmp::Ordering {
         let (mine, theirs) = (self.rank(), other.rank());
         mine.0.cmp(&theirs.0).then(mine.1.total_cmp(&theirs.1))
     }

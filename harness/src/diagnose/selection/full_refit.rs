@@ -6,7 +6,7 @@ use crate::diagnose::estimation::fit_options::FitOptions;
 use crate::diagnose::initialisation::multistart;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::selection::fitted_model::{FittedModel, is_met};
+use crate::diagnose::selection::fitted_model::{FittedModel, fits_better, is_met};
 use crate::diagnose::selection::lost_runs::LostRuns;
 use crate::diagnose::thresholds::MOST_SPECTRAL_RATIO;
 use crate::diagnose::validation::prior_conflict::prior_conflict;
@@ -107,8 +107,7 @@ pub(crate) fn with_lost_runs(
     Ok(if is_better { again } else { fitted })
 }
 
-/// Whether a fit to the segments at `all` in the problem's list is better than another one: it leaves fewer runs unmet, or as many with more
-/// evidence.
+/// Whether a fit to the segments at `all` in the problem's list is better than another one ([`fits_better`]).
 pub(crate) fn is_better(
     problem: &Problem,
     all: &[usize],
@@ -117,8 +116,7 @@ pub(crate) fn is_better(
 ) -> bool {
     let unmet =
         |fitted: &FittedHypothesis| segment_errors::unmet_runs(problem, all, &fitted.fit).len();
-    let fewer = unmet(new).cmp(&unmet(old));
-    fewer.is_lt() || fewer.is_eq() && new.fit.log_evidence > old.fit.log_evidence
+    fits_better((unmet(new), new), (unmet(old), old))
 }
 
 /// Whether a model that is down to the noise on the segments compared also stands when it is fitted to all: it must neither bend

@@ -62,24 +62,26 @@ impl SegmentErrors {
         }
     }
 
-    /// How large the errors are, in words: the upper quartile, or the median of the run that is met worst where that is more.
-    pub fn over_noise_words(&self, problem: &Problem) -> String {
-        let worst = self.unmet_runs.iter();
-        let worst = worst.max_by(|a, b| a.over_noise.total_cmp(&b.over_noise));
-        let quartile = self.quantile(0.75);
-        match worst.filter(|unmet| unmet.over_noise > quartile) {
-            Some(unmet) => format!(
-                "{:.1} times the noise in most segments of {}",
-                unmet.over_noise, problem.campaign.runs[unmet.run].name
-            ),
-            None => format!("{quartile:.1} times the noise in a quarter of the segments"),
-        }
+    /// The run that is met worst, where its median error is beyond the upper quartile of all.
+    fn worst_run(&self) -> Option<&UnmetRun> {
+        let beyond = |unmet: &&UnmetRun| unmet.over_noise > self.quantile(0.75);
+        let runs = self.unmet_runs.iter().filter(beyond);
+        runs.max_by(|a, b| a.over_noise.total_cmp(&b.over_noise))
     }
 
     /// The upper quartile of the errors, or the median of the run that is met worst where that is more, in units of the noise.
     pub fn worst_over_noise(&self) -> f64 {
-        let of_runs = self.unmet_runs.iter().map(|unmet| unmet.over_noise);
-        of_runs.fold(self.quantile(0.75), f64::max)
+        let worst = self.worst_run();
+        worst.map_or(self.quantile(0.75), |unmet| unmet.over_noise)
+    }
+
+    /// The same in words.
+    pub fn over_noise_words(&self, problem: &Problem) -> String {
+        let place = match self.worst_run() {
+            Some(unmet) => format!("most segments of {}", problem.campaign.runs[unmet.run].name),
+            None => "a quarter of the segments".to_owned(),
+        };
+        format!("{:.1} times the noise in {place}", self.worst_over_noise())
     }
 }
 
