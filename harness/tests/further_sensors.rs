@@ -37,20 +37,56 @@ fn velocity(record: &rig::Record) -> Vec<f64> {
     (0..record.velocity.len()).map(at).collect()
 }
 
+/// What a sensor of displacement, the vibrometer and the load cell read of a motion, without noise, factor and zero.
+type Readings = [Vec<f64>; 3];
+
 /// A campaign with these lines of campaign.toml; the load cell reads `force` times the friction force, in every second sample.
 fn write(folder: &Path, duration: f64, sensors: &str, force: f64) {
+    let read = |record: &rig::Record| -> Readings {
+        let force = record.force.clone();
+        [record.displacement.clone(), velocity(record), force]
+    };
+    let runs: Vec<Readings> = motions(duration).iter().map(read).collect();
+    write_readings(folder, sensors, force, &runs);
+}
+
+/// Readings of vibrometer and load cell that are late by so many tenths of a sample.
+fn late_readings(duration: f64, late: [usize; 2]) -> Vec<Readings> {
+    let (tenths, before) = (10, 100);
+    let at = |(belt_velocity, normal_force): (f64, f64)| -> Readings {
+        let rig = Rig {
+            belt_velocity,
+            normal_force,
+            ..Rig::default_case()
+        };
+        let record = rig.run(0.5, duration + 0.02, RATE * tenths as f64);
+        let samples = (duration * RATE) as usize;
+        let late_by = |values: &[f64], by: usize| -> Vec<f64> {
+            let places = (0..samples).map(|k| before + tenths * k - by);
+            places.map(|place| values[place]).collect()
+        };
+        [
+            late_by(&record.displacement, 0),
+            late_by(&velocity(&record), late[0]),
+            late_by(&record.force, late[1]),
+        ]
+    };
+    POINTS.map(at).into()
+}
+
+/// Writes a campaign of these readings in each run.
+fn write_readings(folder: &Path, sensors: &str, force: f64, runs: &[Readings]) {
     let mut toml = format!(
         "[beam]\nnatural_frequencies_hz = [80.0, 510.0]\ndamping_ratios = [0.00015, 0.00085]\nmass_kg = 0.427\n{sensors}\
          [channels]\ndisplacement_column = \"w\"\n"
     );
-    let runs = motions(duration);
-    for (i, (record, (belt, load))) in runs.iter().zip(POINTS).enumerate() {
+    for (i, ([w, v, f], (belt, load))) in runs.iter().zip(POINTS).enumerate() {
         let seed = 10 * i as u64;
-        let scaled = |values: Vec<f64>, by: f64| values.iter().map(|v| by * v).collect::<Vec<_>>();
-        let w = with_noise(&record.displacement, 0.0, NOISES[0], seed + 1);
-        let v = scaled(velocity(record), FACTORS[0]);
+        let scaled = |values: &[f64], by: f64| values.iter().map(|v| by * v).collect::<Vec<_>>();
+        let w = with_noise(w, 0.0, NOISES[0], seed + 1);
+        let v = scaled(v, FACTORS[0]);
         let v = with_noise(&v, 0.0, NOISES[1], seed + 2);
-        let f = scaled(record.force.clone(), force * FACTORS[1]);
+        let f = scaled(f, force * FACTORS[1]);
         let f = with_noise(&f, ZERO * force, NOISES[2] * force.abs(), seed + 3);
         let mut csv = String::from("t,w,v,F [N]\n");
         for k in 0..w.len() {
@@ -109,6 +145,57 @@ fn val_all_sensors_enter_one_likelihood_and_show_how_far_off_they_are() {
     within(&found["calibrated"]["mode[1].mass"], 0.427, 0.012 * 0.427);
     let report = std::fs::read_to_string(folder.path().join("all/report.html")).unwrap();
     assert!(report.contains("What the further sensor 'load cell' measured"));
+}
+
+// Source: the same motion, sampled later by the sensors' own clocks.
+#[test]
+fn val_clocks_that_are_late_by_parts_of_a_sample_are_found_and_nothing_else_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let late = [6, 13];
+    write_readings(folder.path(), SENSORS, 1.0, &late_readings(0.3, late));
+    let found = json(&stickslip(
+        &["diagnose", ".", "--json", "-o", "all"],
+        folder.path(),
+    ));
+    assert_eq!(found["verdict"], "no_missing_effect", "{found:#}");
+    let sensors = found["further_sensors"].as_array().unwrap();
+    for (i, (sensor, tenths)) in sensors.iter().zip(late).enumerate() {
+        let left = found["error_ladder"][1]["further_over_noise"][i].as_f64();
+        assert!(
+            left.is_some_and(|left| (0.8..1.2).contains(&left)),
+            "{found:#}"
+        );
+        let number = |key: &str| sensor["delay"][key].as_f64().unwrap();
+        let (value, std, truth) = (number("value"), number("std"), tenths as f64 * 1e-5);
+        assert!(
+            std < 2e-6 && (value - truth).abs() < 4.0 * std,
+            "{sensor:#}"
+        );
+    }
+}
+
+#[test]
+fn a_clock_that_is_known_exactly_has_no_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensors = SENSORS.replace("position = 0.7", "position = 0.7\ndelay_std_s = 0.0");
+    write(folder.path(), 0.1, &sensors, 1.0);
+    let fmu = open_fmu(None).unwrap();
+    let campaign = Campaign::load(folder.path()).unwrap();
+    let problem = Problem::new(&fmu, &campaign).unwrap();
+    let h = problem.hypothesis(&[]).unwrap();
+    assert_eq!(h.shared_index("further_sensor.v.delay"), None);
+    let cell = h.shared_index("further_sensor.load cell.delay").unwrap();
+    // Without a statement: an interval of the samples, and three of these at most.
+    assert!((h.shared[cell].prior_std - 1.0 / RATE).abs() < 1e-12);
+    assert!((h.shared[cell].max - 3.0 / RATE).abs() < 1e-12);
+    // What may lie beyond an end of a segment does not count: none of the vibrometer's, three at each end of the load cell's.
+    let [v, cell] = &problem.segments[0].further[..] else {
+        panic!("two sensors");
+    };
+    assert!(v.trusted.iter().all(|&t| t));
+    let last = cell.trusted.len() - 1;
+    assert!((0..3).all(|k| !cell.trusted[k] && !cell.trusted[last - k]));
+    assert!(cell.trusted[3..last - 3].iter().any(|&t| t));
 }
 
 #[test]
@@ -273,6 +360,10 @@ fn what_no_sensor_can_be_is_refused_with_its_line_and_what_to_do() {
             "greater than zero",
         ),
         (
+            one("quantity = \"velocity\"\ncolumn = \"v\"\ndelay_std_s = -1e-4"),
+            "must not be negative",
+        ),
+        (
             one("quantity = \"velocity\"\ncolumn = \"v\"\nposition = 7"),
             "to 1",
         ),
@@ -309,7 +400,7 @@ fn val_readings_of_all_sensors_have_the_derivatives_of_the_motion() {
     let problem = Problem::new(&fmu, &Campaign::load(folder.path()).unwrap()).unwrap();
     let h = problem.hypothesis(&[]).unwrap();
     let mut predictor = problem.predictor(&h).unwrap();
-    let point = Point::centre(&h, &problem.segments);
+    let mut point = Point::centre(&h, &problem.segments);
     let index = |name: &str| h.shared_index(name).unwrap();
     let own = |name: &str| h.per_run[0].iter().position(|p| p.name == name).unwrap();
     let turns = [
@@ -319,7 +410,12 @@ fn val_readings_of_all_sensors_have_the_derivatives_of_the_motion() {
         Turn::Shared(index("further_sensor.v.mode_ratio[2]")),
         Turn::State(3),
         Turn::Shared(index("further_sensor.load cell.gain")),
+        Turn::Shared(index("further_sensor.v.delay")),
+        Turn::Shared(index("further_sensor.load cell.delay")),
     ];
+    // Clocks that read between the samples.
+    point.shared[index("further_sensor.v.delay")] = 4.3e-5;
+    point.shared[index("further_sensor.load cell.delay")] = -1.6e-4;
     let segment = &problem.segments[0];
     assert_eq!((segment.run, segment.further.len()), (0, 2));
     let count = 40;
@@ -336,7 +432,12 @@ fn val_readings_of_all_sensors_have_the_derivatives_of_the_motion() {
     assert_eq!(slopes.len(), turns.len() * here.len());
     for (turn, slopes) in turns.iter().zip(slopes.chunks(here.len())) {
         let mut moved = point.clone();
-        let step = 1e-7;
+        // Of a delay another step than the derivatives take.
+        let is_delay = |c: usize| h.shared[c].name.ends_with(".delay");
+        let step = match *turn {
+            Turn::Shared(c) if is_delay(c) => 2e-7,
+            _ => 1e-7,
+        };
         match *turn {
             Turn::Shared(c) => moved.shared[c] += step,
             Turn::PerRun(c) => moved.per_run[0][c] += step,
@@ -400,9 +501,9 @@ fn val_a_load_cell_with_a_file_and_a_clock_of_its_own_reads_the_same() {
         "{}",
         read.noise_std
     );
-    // Two samples of its own to either side of a jump are drawn over it.
+    // Two samples of its own to either side of a jump are drawn over it, and its clock may be off by three samples.
     assert!(
-        (read.beside_jump - (1.5 + 2.0 * RATE / rate)).abs() < 1e-6,
+        (read.beside_jump - (1.5 + 2.0 * RATE / rate + 3.0)).abs() < 1e-6,
         "{}",
         read.beside_jump
     );
@@ -441,12 +542,18 @@ fn val_a_clock_that_is_later_than_stated_is_told_with_its_delay() {
         let (_, number) = message.split_once("delay_s = ").expect(message);
         number.trim_end_matches('.').parse().expect(message)
     };
-    // Whether it reads on or, where the clocks differ by a part of the period, is refused.
-    for (stated, is_refused) in [(0.0, false), (1.5e-4, false), (2e-3, true)] {
+    // Fits look for a delay of three standard deviations themselves; where the clocks differ by a part of the period, the campaign is
+    // refused.
+    for (stated, std, is_told, is_refused) in [
+        (0.0, 1e-4, false, false),
+        (1.5e-4, 1e-4, false, false),
+        (1.5e-4, 2e-5, true, false),
+        (2e-3, 1e-4, true, true),
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let sensors = SENSORS.replace(
             "position = 0.7\n",
-            &format!("position = 0.7\ndelay_s = {stated:?}\n"),
+            &format!("position = 0.7\ndelay_s = {stated:?}\ndelay_std_s = {std:?}\n"),
         );
         write(folder.path(), 0.3, &sensors, 1.0);
         let campaign = Campaign::load(folder.path()).unwrap();
@@ -454,7 +561,7 @@ fn val_a_clock_that_is_later_than_stated_is_told_with_its_delay() {
             Ok(problem) => {
                 assert!(!is_refused);
                 let late = problem.remarks.iter().find(|r| r.contains("delay_s"));
-                assert_eq!(late.is_some(), stated != 0.0, "{:?}", problem.remarks);
+                assert_eq!(late.is_some(), is_told, "{:?}", problem.remarks);
                 if let Some(late) = late {
                     assert!(late.starts_with("'v'") && told(late).abs() < 5e-5, "{late}");
                 }

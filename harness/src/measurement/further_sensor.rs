@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use super::Sampling;
-use super::campaign_file::check::{ANY, Check, NOT_ZERO, POSITIVE, Rule, line_of};
+use super::campaign_file::check::{ANY, Check, NOT_NEGATIVE, NOT_ZERO, POSITIVE, Rule, line_of};
 use super::noise::Noise;
 use super::own_clock::Readings;
 use super::sensor_place::{RawSensor, SensorPlace};
@@ -18,6 +18,12 @@ const GAIN_STD: f64 = 0.01;
 /// Distance in samples from a transition within which what jumps there does not count: it jumps by thousands of times the noise, and of
 /// the two samples about a jump that moves a little within its interval each may lie on either side.
 pub const BESIDE_JUMP: f64 = 1.5;
+
+/// Standard deviations from what is stated within which a clock's delay is sought, ...
+const REACH_OF_DELAY: f64 = 3.0;
+/// ... and samples at most: so many at each end of what is predicted do not count, since they may lie beyond it. A longer delay shows in the
+/// correlation of the records and is to be stated.
+const MOST_DELAY: f64 = 20.0;
 
 /// Readings side by side from which a noise can be told.
 const SIDE_BY_SIDE: usize = 32;
@@ -86,7 +92,7 @@ impl Reading {
 ///
 /// It reads `g sum_j r_j phi_j q_j + b` (displacement), the same of `q_j'` (velocity), or `g y + b` with y the acceleration of
 /// the contact or the friction force: g the factor by which its calibration is off (1), `r_j` the ratios of its place, b a zero of its own in
-/// each run. Where its cell is empty, nothing was read.
+/// each run; all of it at `t - d`, d the time by which its clock is late. Where its cell is empty, nothing was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FurtherSensor {
     /// What it is called in reports.
@@ -105,8 +111,23 @@ pub struct FurtherSensor {
     pub column: String,
     /// Time in s by which its clock, or that of its column, is later than the first sensor's.
     pub delay: f64,
+    /// Standard deviation of that in s; `None` for one interval of the samples: channels of a recorder are read one after another within
+    /// it, and files of two recorders are laid over each other to a sample.
+    pub delay_std: Option<f64>,
     /// Factor of the column to SI units; that of the unit in the header where it is `None`.
     pub scale: Option<f64>,
+}
+
+impl FurtherSensor {
+    /// Standard deviation in s of its clock's delay beside what is stated, where samples are `interval` s apart.
+    pub fn delay_std(&self, interval: f64) -> f64 {
+        self.delay_std.unwrap_or(interval)
+    }
+
+    /// Largest delay in s beside what is stated that is sought.
+    pub fn most_delay(&self, interval: f64) -> f64 {
+        (REACH_OF_DELAY * self.delay_std(interval)).min(MOST_DELAY * interval)
+    }
 }
 
 /// What a further sensor read in a run.
@@ -118,6 +139,8 @@ pub struct FurtherRecord {
     pub noise_std: f64,
     /// Distance in samples from a transition within which it does not count; 0 for what does not jump there.
     pub beside_jump: f64,
+    /// Samples by which its clock may be off beside what is stated.
+    pub most_delay: f64,
 }
 
 impl FurtherRecord {
@@ -158,13 +181,16 @@ impl FurtherRecord {
                 rows: time.len(),
             });
         };
+        let interval = Sampling::of(time).interval;
+        let most_delay = sensor.most_delay(interval) / interval;
         Ok(Some(Self {
             values,
             noise_std,
             beside_jump: match sensor.reading.jumps() {
-                true => BESIDE_JUMP + readings.drawn_over / Sampling::of(time).interval,
+                true => BESIDE_JUMP + readings.drawn_over / interval + most_delay,
                 false => 0.0,
             },
+            most_delay,
         }))
     }
 
@@ -189,6 +215,7 @@ pub(super) struct RawFurtherSensor {
     offset_std: Option<Spanned<f64>>,
     noise_std: Option<Spanned<f64>>,
     delay_s: Option<Spanned<f64>>,
+    delay_std_s: Option<Spanned<f64>>,
     position: Option<Spanned<f64>>,
     position_std: Option<Spanned<f64>>,
     mode_ratios: Option<Vec<Spanned<f64>>>,
@@ -247,6 +274,7 @@ impl Check<'_> {
                 gain_std: number("gain_std", "1", GAIN, raw.gain_std)?.unwrap_or(GAIN_STD),
                 offset_std: number("offset_std", raw.quantity.unit(), POSITIVE, raw.offset_std)?,
                 delay: number("delay_s", "s", ANY, raw.delay_s)?.unwrap_or(0.0),
+                delay_std: number("delay_std_s", "s", NOT_NEGATIVE, raw.delay_std_s)?,
                 noise_std: number("noise_std", raw.quantity.unit(), POSITIVE, raw.noise_std)?,
                 reading: raw.quantity,
                 name,

@@ -22,7 +22,7 @@ pub(super) fn costs(progress: &Progress, diagnosis: &Diagnosis) -> String {
     out
 }
 
-/// How far the readings of further sensor `i` are met along the ladder, and by which factor they are off.
+/// How far the readings of further sensor `i` are met along the ladder, and by which factor and how late they are.
 fn of_sensor(i: usize, sensor: &FoundSensor, ladder: &[Rung]) -> String {
     let over_noise = ladder
         .iter()
@@ -31,8 +31,11 @@ fn of_sensor(i: usize, sensor: &FoundSensor, ladder: &[Rung]) -> String {
     let gain = sensor.gain.as_ref().map_or(String::new(), |gain| {
         format!("; factor {}", with_interval(gain))
     });
+    let delay = sensor.delay.as_ref().map_or(String::new(), |delay| {
+        format!("; later than stated by {}", with_interval(delay))
+    });
     format!(
-        "{}: error over noise, step by step, {}{gain}",
+        "{}: error over noise, step by step, {}{gain}{delay}",
         sensor.name,
         over_noise.join(", ")
     )

@@ -58,7 +58,7 @@ fn expected(sensor: &FurtherSensor, structure: &Structure, smoothed: &Smoothed) 
 }
 
 /// Refuses a campaign in which a further sensor reads something else than what is stated of it; remarks on clocks that seem to differ
-/// where it does not.
+/// by more than fits look for where it does not.
 ///
 /// # Errors
 /// [`Error::FurtherSensorContradicts`] with the likely remedy.
@@ -101,7 +101,13 @@ pub fn follow_the_motion(
         if together.means.len() >= FEWEST_MEANS {
             together.verdict(campaign, sensor, "all runs".into(), &clocks)?;
         }
-        if let Some(late) = Clock::agreed(&clocks) {
+        let interval = clocks
+            .iter()
+            .flatten()
+            .map(|c| c.interval)
+            .fold(0.0, f64::max);
+        let is_beyond = |late: &f64| late.abs() > sensor.most_delay(interval);
+        if let Some(late) = Clock::agreed(&clocks).filter(is_beyond) {
             remarks.push(format!(
                 "'{}' follows the motion better where its times are taken to be {}: if the two clocks were not started together, state \
                  delay_s = {:.4e}.",

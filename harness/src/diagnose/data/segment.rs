@@ -54,13 +54,23 @@ pub struct FurtherPart {
     pub scale: f64,
     /// Largest distance of the run's values from their mean, over `scale`.
     pub reach: f64,
+    /// Samples by which its clock may be off.
+    pub most_delay: usize,
 }
 
 impl FurtherPart {
+    /// Those of some samples. At the ends a clock that is off may ask for times that are not predicted.
     fn piece(&self, range: Range<usize>) -> Self {
+        let inner = range.start + self.most_delay..range.end.saturating_sub(self.most_delay);
+        let values = range.clone().map(|k| match inner.contains(&k) {
+            true => self.measured[k],
+            false => 0.0,
+        });
         Self {
-            measured: self.measured[range.clone()].to_vec(),
-            trusted: self.trusted[range].to_vec(),
+            measured: values.collect(),
+            trusted: range
+                .map(|k| inner.contains(&k) && self.trusted[k])
+                .collect(),
             ..*self
         }
     }
@@ -103,6 +113,7 @@ pub fn further_parts(run: &Run, smoothing: &Smoothing, noise: f64) -> Vec<Furthe
             trusted,
             scale,
             reach: reach(read.values.iter().copied().filter(|y| y.is_finite())) / scale,
+            most_delay: read.most_delay.ceil() as usize,
         }
     })
     .collect()

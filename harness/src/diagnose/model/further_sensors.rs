@@ -2,6 +2,7 @@
 
 use crate::diagnose::data::further_readings::spread;
 use crate::diagnose::data::segment::FurtherPart;
+use crate::diagnose::model::instants::Instants;
 use crate::diagnose::model::parameter::{Kind, Parameter, SensorConstant};
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -32,13 +33,25 @@ fn constant(
     }
 }
 
-/// What all runs have of the further sensors: the factor of each, and its place by the structure's `modes` first modes.
-pub fn shared_constants(sensors: &[FurtherSensor], modes: usize) -> Vec<Parameter> {
+/// What all runs have of the further sensors: the factor of each, its delay where samples are `interval` s apart, and its place by the
+/// structure's `modes` first modes.
+pub fn shared_constants(sensors: &[FurtherSensor], modes: usize, interval: f64) -> Vec<Parameter> {
     let mut out = Vec::new();
     for (number, sensor) in sensors.iter().enumerate() {
         let kind = |of| Kind::Sensor(number, of);
         let (gain, belief) = (kind(SensorConstant::Gain), (1.0, sensor.gain_std));
         out.push(constant((sensor, "gain"), "1", gain, belief, REACH));
+        let (std, most) = (sensor.delay_std(interval), sensor.most_delay(interval));
+        if std > 0.0 {
+            let delay = kind(SensorConstant::Delay);
+            out.push(constant(
+                (sensor, "delay"),
+                "s",
+                delay,
+                (0.0, std),
+                most / std,
+            ));
+        }
         if sensor.place.is_tip() {
             continue;
         }
@@ -99,7 +112,11 @@ struct Constants {
     gain: f64,
     ratios: Vec<f64>,
     offset: f64,
+    delay: f64,
 }
+
+/// Change of a delay in s by which derivatives are taken: a motion of 1 kHz is straight over it to a thousandth.
+const DELAY_STEP: f64 = 1e-7;
 
 impl FurtherSensors {
     /// The sensors, read from an FMU with these mode shapes at the contact.
@@ -157,12 +174,14 @@ impl FurtherSensors {
             gain: 1.0,
             ratios: self.parts[number].ratios.clone(),
             offset: 0.0,
+            delay: 0.0,
         };
         for (parameter, position) in all {
             match parameter.kind {
                 Kind::Sensor(n, of) if n == number => match of {
                     SensorConstant::Gain => found.gain = *position,
                     SensorConstant::Offset => found.offset = *position,
+                    SensorConstant::Delay => found.delay = *position,
                     SensorConstant::Ratio(j) => {
                         if let Some(ratio) = found.ratios.get_mut(j) {
                             *ratio = *position;
@@ -202,37 +221,59 @@ impl FurtherSensors {
         self.seen(parts, &parts.ratios, output)
     }
 
-    /// Appends to `out` what each sensor of a segment reads, one after another, over the scale that its values there have; `outputs`
-    /// are those of [`Self::outputs`], sample after sample.
-    pub fn read(
+    /// Times in s by which the clocks of a segment's sensors are late; with `stepped`, then the same again a little later, as
+    /// [`Self::slopes_of_constant`] takes derivatives by a delay.
+    pub(super) fn delays(
         &self,
         further: &[FurtherPart],
         constants: &[(&Parameter, f64)],
-        outputs: &[f64],
+        stepped: bool,
+    ) -> Vec<f64> {
+        let delay = |part: &FurtherPart| self.constants(part.sensor, constants).delay;
+        let mut delays: Vec<f64> = further.iter().map(delay).collect();
+        if stepped {
+            let later: Vec<f64> = delays.iter().map(|delay| delay + DELAY_STEP).collect();
+            delays.extend(later);
+        }
+        delays
+    }
+
+    /// Appends to `out` what each sensor of a segment reads at the first `count` samples, one after another, over the scale that its values
+    /// there have; `outputs` are those of [`Self::outputs`], instant after instant, as far as the motion was followed.
+    pub(super) fn read(
+        &self,
+        further: &[FurtherPart],
+        constants: &[(&Parameter, f64)],
+        (outputs, count): (&[f64], usize),
+        instants: &Instants,
         out: &mut Vec<f64>,
     ) {
-        for part in further {
+        let last = outputs.len() / self.outputs.len() - 1;
+        for (part, places) in further.iter().zip(&instants.late) {
             let own = self.constants(part.sensor, constants);
-            for sample in outputs.chunks(self.outputs.len()) {
-                let seen = self.seen(&self.parts[part.sensor], &own.ratios, &|i| sample[i]);
+            for place in &places[..count] {
+                let at = &outputs[*place.min(&last) * self.outputs.len()..];
+                let seen = self.seen(&self.parts[part.sensor], &own.ratios, &|i| at[i]);
                 out.push((own.gain * seen + own.offset) / part.scale);
             }
         }
     }
 
     /// Appends to `out` how the readings of a segment change in a direction in which the outputs change by `slopes`, output after
-    /// output, `count` samples each.
-    pub fn slopes(
+    /// output, at all instants.
+    pub(super) fn slopes(
         &self,
         further: &[FurtherPart],
         constants: &[(&Parameter, f64)],
-        (slopes, count): (&[f64], usize),
+        slopes: &[f64],
+        instants: &Instants,
         out: &mut Vec<f64>,
     ) {
-        for part in further {
+        let count = instants.times.len();
+        for (part, places) in further.iter().zip(&instants.late) {
             let own = self.constants(part.sensor, constants);
             let parts = &self.parts[part.sensor];
-            for k in 0..count {
+            for k in places {
                 let seen = self.seen(parts, &own.ratios, &|i| slopes[i * count + k]);
                 out.push(own.gain * seen / part.scale);
             }
@@ -240,28 +281,47 @@ impl FurtherSensors {
     }
 
     /// Appends to `out` how the readings of a segment change with constant `of` of sensor `number`, where the outputs are `values`,
-    /// output after output, `count` samples each.
-    pub fn slopes_of_constant(
+    /// output after output, at all instants.
+    pub(super) fn slopes_of_constant(
         &self,
         further: &[FurtherPart],
         constants: &[(&Parameter, f64)],
         (number, of): (usize, SensorConstant),
-        (values, count): (&[f64], usize),
+        values: &[f64],
+        instants: &Instants,
         out: &mut Vec<f64>,
     ) {
-        for part in further {
+        let count = instants.times.len();
+        for (i, part) in further.iter().enumerate() {
+            let places = &instants.late[i];
             if part.sensor != number {
-                out.resize(out.len() + count, 0.0);
+                out.resize(out.len() + places.len(), 0.0);
                 continue;
             }
             let own = self.constants(number, constants);
             let parts = &self.parts[number];
-            for k in 0..count {
-                let output = |i: usize| values[i * count + k];
+            let seen = |place: usize| {
+                self.seen(parts, &own.ratios, &|output: usize| {
+                    values[output * count + place]
+                })
+            };
+            for (k, &place) in places.iter().enumerate() {
                 let slope = match of {
-                    SensorConstant::Gain => self.seen(parts, &own.ratios, &output),
-                    SensorConstant::Ratio(j) => own.gain * self.of_mode(parts, j, &output),
+                    SensorConstant::Gain => seen(place),
+                    SensorConstant::Ratio(j) => {
+                        let output = |output: usize| values[output * count + place];
+                        own.gain * self.of_mode(parts, j, &output)
+                    }
                     SensorConstant::Offset => 1.0,
+                    SensorConstant::Delay => {
+                        let later = instants.late[further.len() + i][k];
+                        // At an end of the segment both may be the same.
+                        let apart = instants.times[place] - instants.times[later];
+                        match apart > 0.0 {
+                            true => own.gain * (seen(later) - seen(place)) / apart,
+                            false => 0.0,
+                        }
+                    }
                 };
                 out.push(slope / part.scale);
             }
@@ -287,18 +347,20 @@ mod tests {
             offset_std: None,
             noise_std: None,
             delay: 0.0,
+            delay_std: None,
             column: "w".into(),
             scale: None,
         };
         let names = |ratios: Vec<f64>, modes: usize| -> Vec<String> {
-            let all = shared_constants(&[sensor(ratios)], modes);
+            let all = shared_constants(&[sensor(ratios)], modes, 1e-4);
             all.into_iter().map(|p| p.name).collect()
         };
-        assert_eq!(names(Vec::new(), 2), ["further_sensor.laser.gain"]);
+        let at_contact = ["further_sensor.laser.gain", "further_sensor.laser.delay"];
+        assert_eq!(names(Vec::new(), 2), at_contact);
         // As stated of a structure with one mode.
-        assert_eq!(names(vec![1.0], 1), ["further_sensor.laser.gain"]);
+        assert_eq!(names(vec![1.0], 1), at_contact);
         let two = names(vec![0.6, -0.3, 0.1], 2);
-        assert_eq!(two[2], "further_sensor.laser.mode_ratio[2]");
-        assert_eq!(two.len(), 3);
+        assert_eq!(two[3], "further_sensor.laser.mode_ratio[2]");
+        assert_eq!(two.len(), 4);
     }
 }

@@ -144,7 +144,12 @@ impl Hypothesis {
                 fixed.push((fmu.variable(&name)?.reference, *share));
             }
         }
-        shared.extend(shared_constants(&campaign.further_sensors, modes.len()));
+        let intervals = campaign.runs.iter().map(Run::sample_interval);
+        shared.extend(shared_constants(
+            &campaign.further_sensors,
+            modes.len(),
+            intervals.fold(0.0, f64::max),
+        ));
         let input_scales = [shared.len(), shared.len() + 1];
         for (name, std) in [
             ("belt_velocity.scale", belt),

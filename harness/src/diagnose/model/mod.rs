@@ -8,6 +8,7 @@ pub mod finished_work;
 pub mod friction_prior;
 pub mod further_sensors;
 pub mod hypothesis;
+mod instants;
 pub mod known_structure;
 pub mod library;
 pub mod observations;

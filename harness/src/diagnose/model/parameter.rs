@@ -36,6 +36,8 @@ pub enum SensorConstant {
     Ratio(usize),
     /// What it adds in a run.
     Offset,
+    /// Time in s by which its clock is later than stated.
+    Delay,
 }
 
 /// How a parameter is turned.

@@ -2,7 +2,8 @@
 
 use crate::diagnose::data::segment::{Segment, reach};
 use crate::diagnose::model::hypothesis::Hypothesis;
-use crate::diagnose::model::parameter::{Kind, Parameter};
+use crate::diagnose::model::instants::Instants;
+use crate::diagnose::model::parameter::{Kind, Parameter, SensorConstant};
 use crate::diagnose::model::references::References;
 use crate::diagnose::model::simulator::{
     RUNAWAY, Samples, SegmentStart, SegmentValues, Simulator, Turn,
@@ -163,6 +164,16 @@ impl<'a> Predictor<'a> {
         of_sensors.map(|(p, position)| (p, *position)).collect()
     }
 
+    /// Times of samples of a segment, and those at which clocks that are late by `delays` in s read them. Time of the campaign's runs counts
+    /// from their own first sample.
+    fn instants(&self, segment: &Segment, samples: Samples, delays: &[f64]) -> Instants {
+        let origin = self.runs[segment.run].time[0];
+        let asked = segment.time.iter().step_by(samples.stride);
+        let times = asked.take(samples.count).map(|t| t - origin).collect();
+        let end = segment.time[segment.time.len() - 1] - origin;
+        Instants::new(times, end, delays)
+    }
+
     /// What drives run `run` over samples; empty where its inputs are constant.
     fn drive(&self, run: usize, range: Range<usize>, shared: &[f64]) -> Option<Drive> {
         let run = &self.runs[run];
@@ -249,27 +260,29 @@ impl Simulator for Predictor<'_> {
                     .push(h.per_run[segment.run][c].changes(values.per_run[c])),
             }
         }
-        let origin = self.runs[segment.run].time[0];
-        let Samples { count, stride, .. } = samples;
-        let times: Vec<f64> = (0..count)
-            .map(|i| segment.time[i * stride] - origin)
-            .collect();
+        let Samples { count, .. } = samples;
+        let constants = self.sensor_constants(segment.run, values);
+        let by_delay = |turn: &Turn| matches!(of_sensor(turn), Some((_, SensorConstant::Delay)));
+        let stepped = turns.iter().any(by_delay);
+        let delays = r.further.delays(further, &constants, stepped);
+        let instants = self.instants(segment, samples, &delays);
         let (integers, integer_values) = self.integers(values.stuck);
         let mut outputs = vec![r.measured];
         if !further.is_empty() {
             outputs.extend(&r.further.outputs);
         }
-        let width = count * outputs.len();
+        let all = instants.times.len();
+        let width = all * outputs.len();
         let mut motion = vec![0.0; width];
         let mut of_outputs = vec![0.0; width * self.directions.len()];
         let drive = self.drive(segment.run, samples_of(segment), values.shared);
         let course = drive.map_or_else(Course::default, |drive| {
-            drive.course(times[0], times[count - 1])
+            drive.course(instants.times[0], instants.times[all - 1])
         });
         let tangents = self.tangents.as_mut().expect("looked at above");
         let done = tangents.set((&integers, &integer_values), (&self.names, &self.values))
             && tangents.evaluate(
-                (&times, &course),
+                (&instants.times, &course),
                 &outputs,
                 &self.directions,
                 &mut motion,
@@ -280,19 +293,23 @@ impl Simulator for Predictor<'_> {
             return done;
         }
         slopes.clear();
-        let constants = self.sensor_constants(segment.run, values);
         let mut directions = of_outputs.chunks(width.max(1));
         for turn in turns {
             if let Some(constant) = of_sensor(turn) {
                 slopes.resize(slopes.len() + count, 0.0);
-                let of = (&motion[count..], count);
-                r.further
-                    .slopes_of_constant(further, &constants, constant, of, slopes);
+                r.further.slopes_of_constant(
+                    further,
+                    &constants,
+                    constant,
+                    &motion[all..],
+                    &instants,
+                    slopes,
+                );
             } else {
-                let (first, others) = directions.next().expect("one each").split_at(count);
-                slopes.extend(first);
+                let (first, others) = directions.next().expect("one each").split_at(all);
+                slopes.extend(instants.samples.iter().map(|&place| first[place]));
                 r.further
-                    .slopes(further, &constants, (others, count), slopes);
+                    .slopes(further, &constants, others, &instants, slopes);
             }
         }
         done
@@ -310,42 +327,47 @@ impl Simulator for Predictor<'_> {
         out: &mut Vec<f64>,
     ) -> Result<bool, Error> {
         self.work.motion();
-        // Time of the campaign's runs counts from their own first sample.
-        let origin = self.runs[segment.run].time[0];
-        let mut t = segment.time[0] - origin;
         let drive = self.drive(segment.run, samples_of(segment), values.shared);
         self.start(segment, values, drive.as_ref())?;
         let r = self.references;
         let offset = self.offset(segment.run, values.per_run);
         out.clear();
+        let further = match samples.further {
+            true => &segment.further[..],
+            false => &[],
+        };
+        let constants = self.sensor_constants(segment.run, values);
+        let delays = r.further.delays(further, &constants, false);
+        let instants = self.instants(segment, samples, &delays);
         let mut names = vec![r.measured];
-        let is_all = samples.further && !segment.further.is_empty();
-        if is_all {
+        if !further.is_empty() {
             names.extend(&r.further.outputs);
         }
         let mut y = vec![0.0; names.len()];
         let mut others = Vec::new();
-        self.instance.get_real(&names, &mut y)?;
-        out.push(y[0] + offset);
-        others.extend(&y[1..]);
         let mut is_near = true;
-        for k in (1..samples.count).map(|i| i * samples.stride) {
-            let next = segment.time[k] - origin;
-            self.advance(drive.as_ref(), t, next)?;
-            self.instance.get_real(&names, &mut y)?;
-            y[0] += offset;
-            if (y[0] - segment.measured[k]).abs() > self.limit(segment.run) {
-                // A motion that runs away would cost the time of a thousand others.
-                is_near = false;
-                break;
+        let mut t = instants.times[0];
+        for (place, &next) in instants.times.iter().enumerate() {
+            if place > 0 {
+                self.advance(drive.as_ref(), t, next)?;
             }
-            out.push(y[0]);
+            self.instance.get_real(&names, &mut y)?;
+            if instants.samples.get(out.len()) == Some(&place) {
+                y[0] += offset;
+                let measured = segment.measured[out.len() * samples.stride];
+                if place > 0 && (y[0] - measured).abs() > self.limit(segment.run) {
+                    // A motion that runs away would cost the time of a thousand others.
+                    is_near = false;
+                    break;
+                }
+                out.push(y[0]);
+            }
             others.extend(&y[1..]);
             t = next;
         }
-        if is_all {
-            let constants = self.sensor_constants(segment.run, values);
-            r.further.read(&segment.further, &constants, &others, out);
+        if !further.is_empty() {
+            let seen = (&others[..], out.len());
+            r.further.read(further, &constants, seen, &instants, out);
         }
         if !is_near {
             return Ok(false);

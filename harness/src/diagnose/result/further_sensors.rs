@@ -20,6 +20,9 @@ pub struct FoundSensor {
     pub noise_std: f64,
     /// Factor of its readings.
     pub gain: Option<Estimate>,
+    /// Time by which its clock is later than stated; absent where that is known exactly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delay: Option<Estimate>,
     /// Mode shapes where it looks over those at the contact; empty for a sensor there.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mode_ratios: Vec<Estimate>,
@@ -43,6 +46,7 @@ pub fn found_sensors(problem: &Problem, fitted: &FittedHypothesis) -> Vec<FoundS
             unit: sensor.reading.unit(),
             noise_std: noise.iter().sum::<f64>() / noise.len() as f64,
             gain: estimates(number, |of| of == SensorConstant::Gain).pop(),
+            delay: estimates(number, |of| of == SensorConstant::Delay).pop(),
             mode_ratios: estimates(number, |of| matches!(of, SensorConstant::Ratio(_))),
         }
     };
