@@ -51,7 +51,7 @@ fn write(folder: &Path, duration: f64, sensors: &str, force: f64) {
 }
 
 /// Readings of vibrometer and load cell that are late by so many tenths of a sample.
-fn late_readings(duration: f64, late: [usize; 2]) -> Vec<Readings> {
+fn late_readings(duration: f64, late: [isize; 2]) -> Vec<Readings> {
     let (tenths, before) = (10, 100);
     let at = |(belt_velocity, normal_force): (f64, f64)| -> Readings {
         let rig = Rig {
@@ -61,9 +61,10 @@ fn late_readings(duration: f64, late: [usize; 2]) -> Vec<Readings> {
         };
         let record = rig.run(0.5, duration + 0.02, RATE * tenths as f64);
         let samples = (duration * RATE) as usize;
-        let late_by = |values: &[f64], by: usize| -> Vec<f64> {
-            let places = (0..samples).map(|k| before + tenths * k - by);
-            places.map(|place| values[place]).collect()
+        let late_by = |values: &[f64], by: isize| -> Vec<f64> {
+            let places = (0..samples).map(|k| before + tenths * k);
+            let earlier = |place: usize| place.checked_add_signed(-by).unwrap();
+            places.map(|place| values[earlier(place)]).collect()
         };
         [
             late_by(&record.displacement, 0),
@@ -151,7 +152,7 @@ fn val_all_sensors_enter_one_likelihood_and_show_how_far_off_they_are() {
 #[test]
 fn val_clocks_that_are_late_by_parts_of_a_sample_are_found_and_nothing_else_is() {
     let folder = tempfile::tempdir().unwrap();
-    let late = [6, 13];
+    let late = [6, -13];
     write_readings(folder.path(), SENSORS, 1.0, &late_readings(0.3, late));
     let found = json(&stickslip(
         &["diagnose", ".", "--json", "-o", "all"],
@@ -196,6 +197,68 @@ fn a_clock_that_is_known_exactly_has_no_delay() {
     let last = cell.trusted.len() - 1;
     assert!((0..3).all(|k| !cell.trusted[k] && !cell.trusted[last - k]));
     assert!(cell.trusted[3..last - 3].iter().any(|&t| t));
+}
+
+#[test]
+fn the_shortest_interval_of_all_runs_bounds_a_delay_and_what_leaves_no_reading_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), 0.1, SENSORS, 1.0);
+    let file = folder.path().join("run1.csv");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let mut lines = text.lines();
+    let mut halved = vec![lines.next().unwrap()];
+    halved.extend(lines.step_by(2));
+    std::fs::write(&file, halved.join("\n")).unwrap();
+    let fmu = open_fmu(None).unwrap();
+    let problem = Problem::new(&fmu, &Campaign::load(folder.path()).unwrap()).unwrap();
+    assert!((problem.delays[0].most - 3.0 / RATE).abs() < 1e-12);
+    let left_out = |run: usize| {
+        let mut segments = problem.segments.iter();
+        segments.find(|s| s.run == run).unwrap().further[0].most_delay
+    };
+    // 0.3 ms are three samples of 0.1 ms and, rounded up, two of 0.2 ms.
+    assert_eq!((left_out(0), left_out(1)), (3, 2));
+    assert!(problem.remarks.iter().all(|r| !r.contains("No reading")));
+    // Of a clock that is hardly known, 20 samples at each end of every segment.
+    let unknown = SENSORS.replace("position = 0.7", "position = 0.7\ndelay_std_s = 0.05");
+    write(folder.path(), 0.1, &unknown, 1.0);
+    let problem = Problem::new(&fmu, &Campaign::load(folder.path()).unwrap()).unwrap();
+    assert_eq!(problem.segments[0].further[0].most_delay, 20);
+}
+
+#[test]
+fn a_clock_that_is_off_reads_alike_at_every_second_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), 0.1, SENSORS, 1.0);
+    let fmu = open_fmu(None).unwrap();
+    let problem = Problem::new(&fmu, &Campaign::load(folder.path()).unwrap()).unwrap();
+    let h = problem.hypothesis(&[]).unwrap();
+    let mut point = Point::centre(&h, &problem.segments);
+    for (name, delay) in [("v", -1.3e-4), ("load cell", 2.1e-4)] {
+        let place = h.shared_index(&format!("further_sensor.{name}.delay"));
+        point.shared[place.unwrap()] = delay;
+    }
+    let mut predictor = problem.predictor(&h).unwrap();
+    let mut read = |count: usize, stride: usize| {
+        let samples = Samples::of(count, stride).of_all_sensors();
+        let (segment, mut out) = (&problem.segments[0], Vec::new());
+        let values = point.values(0, 0);
+        assert!(
+            predictor
+                .predict(segment, values, samples, &mut out)
+                .unwrap()
+        );
+        out
+    };
+    let (all, some) = (read(60, 1), read(60, 2));
+    assert_eq!((all.len(), some.len()), (180, 90));
+    let largest = |values: &[f64]| values.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+    for (all, some) in all.chunks(60).zip(some.chunks(30)) {
+        for (k, y) in some.iter().enumerate() {
+            // Steps of the integrator end elsewhere.
+            assert!((y - all[2 * k]).abs() < 1e-7 * largest(all), "{k}");
+        }
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::Sampling;
 use super::campaign_file::check::{ANY, Check, NOT_NEGATIVE, NOT_ZERO, POSITIVE, Rule, line_of};
 use super::noise::Noise;
 use super::own_clock::Readings;
+use super::run::Run;
 use super::sensor_place::{RawSensor, SensorPlace};
 use crate::error::Error;
 
@@ -19,10 +20,11 @@ const GAIN_STD: f64 = 0.01;
 /// the two samples about a jump that moves a little within its interval each may lie on either side.
 pub const BESIDE_JUMP: f64 = 1.5;
 
-/// Standard deviations from what is stated within which a clock's delay is sought, ...
+/// Standard deviations from what is stated within which a clock's delay is sought: channels that a recorder spreads over one interval, laid
+/// over others to a sample, are off by two intervals at most.
 const REACH_OF_DELAY: f64 = 3.0;
-/// ... and samples at most: so many at each end of what is predicted do not count, since they may lie beyond it. A longer delay shows in the
-/// correlation of the records and is to be stated.
+/// The largest delay that is sought, in samples: a segment, 200 samples or more as a rule, loses a tenth of its readings at each end for
+/// it. A longer one shows in the correlation of the records and is to be stated.
 const MOST_DELAY: f64 = 20.0;
 
 /// Readings side by side from which a noise can be told.
@@ -118,15 +120,38 @@ pub struct FurtherSensor {
     pub scale: Option<f64>,
 }
 
-impl FurtherSensor {
-    /// Standard deviation in s of its clock's delay beside what is stated, where samples are `interval` s apart.
-    pub fn delay_std(&self, interval: f64) -> f64 {
-        self.delay_std.unwrap_or(interval)
-    }
+/// How far a sensor's clock may be off beside what is stated of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DelayBelief {
+    /// Standard deviation in s; 0 where it is known exactly.
+    pub std: f64,
+    /// Largest delay that is sought, in s.
+    pub most: f64,
+}
 
-    /// Largest delay in s beside what is stated that is sought.
-    pub fn most_delay(&self, interval: f64) -> f64 {
-        (REACH_OF_DELAY * self.delay_std(interval)).min(MOST_DELAY * interval)
+impl DelayBelief {
+    /// Of a clock that is known exactly.
+    pub const EXACT: Self = Self {
+        std: 0.0,
+        most: 0.0,
+    };
+}
+
+impl FurtherSensor {
+    /// How far its clock may be off. The delay is that of all runs, so that the shortest interval of their samples counts.
+    pub fn delay_belief(&self, runs: &[Run]) -> DelayBelief {
+        let is_driven = |run: &Run| run.inputs.clamp_acceleration.series.is_some();
+        if self.reading == Reading::Acceleration && runs.iter().any(is_driven) {
+            // The clamp's motion has been taken off at the instants that are stated.
+            return DelayBelief::EXACT;
+        }
+        let intervals = runs.iter().map(Run::sample_interval);
+        let interval = intervals.fold(f64::INFINITY, f64::min);
+        let std = self.delay_std.unwrap_or(interval);
+        DelayBelief {
+            std,
+            most: (REACH_OF_DELAY * std).min(MOST_DELAY * interval),
+        }
     }
 }
 
@@ -139,8 +164,6 @@ pub struct FurtherRecord {
     pub noise_std: f64,
     /// Distance in samples from a transition within which it does not count; 0 for what does not jump there.
     pub beside_jump: f64,
-    /// Samples by which its clock may be off beside what is stated.
-    pub most_delay: f64,
 }
 
 impl FurtherRecord {
@@ -181,16 +204,13 @@ impl FurtherRecord {
                 rows: time.len(),
             });
         };
-        let interval = Sampling::of(time).interval;
-        let most_delay = sensor.most_delay(interval) / interval;
         Ok(Some(Self {
             values,
             noise_std,
             beside_jump: match sensor.reading.jumps() {
-                true => BESIDE_JUMP + readings.drawn_over / interval + most_delay,
+                true => BESIDE_JUMP + readings.drawn_over / Sampling::of(time).interval,
                 false => 0.0,
             },
-            most_delay,
         }))
     }
 

@@ -46,7 +46,9 @@ pub use campaign::{BeamKnowledge, Campaign, SingleRun};
 pub(crate) use campaign_file::check::line_of;
 pub use column::{Column, read_column};
 pub use faults::{Fault, FaultKind};
-pub use further_sensor::{BESIDE_JUMP, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading};
+pub use further_sensor::{
+    BESIDE_JUMP, DelayBelief, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading,
+};
 pub use input_file::read_inputs;
 pub use input_lines::on_lines;
 pub use inputs::{Between, Excitation, InputSeries, InputSignals, InputTrack, Interpolation};

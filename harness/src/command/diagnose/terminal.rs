@@ -32,7 +32,7 @@ fn of_sensor(i: usize, sensor: &FoundSensor, ladder: &[Rung]) -> String {
         format!("; factor {}", with_interval(gain))
     });
     let delay = sensor.delay.as_ref().map_or(String::new(), |delay| {
-        format!("; later than stated by {}", with_interval(delay))
+        format!("; delay beside what is stated {}", with_interval(delay))
     });
     format!(
         "{}: error over noise, step by step, {}{gain}{delay}",

@@ -210,7 +210,7 @@ fn further(material: &Material, run: usize, shown: &[usize]) -> Vec<Plot> {
             plot = plot.dashed_line(&view.name, colour, &x, &y);
         }
         plot.caption(&format!(
-            "What the further sensor '{}' measured, and what the models predict with its own factor and zero; stick phases are shaded.",
+            "What the further sensor '{}' measured, and what the models predict with its own factor, zero and delay; stick phases are shaded.",
             sensor.name
         ))
     })

@@ -99,7 +99,9 @@ fn values(material: &Material) -> Table {
 fn shift(material: &Material) -> Plot {
     let all_fitted = all_fitted(material);
     let base = &all_fitted[0].1.hypothesis.shared;
-    let names: Vec<String> = base.iter().map(|k| k.name.clone()).collect();
+    // A share of nothing says nothing: how late a sensor is stands in the table.
+    let shown: Vec<usize> = (0..base.len()).filter(|&i| base[i].prior != 0.0).collect();
+    let names: Vec<String> = shown.iter().map(|&i| base[i].name.clone()).collect();
     let height = 90.0 + 26.0 * names.len() as f64;
     let mut plot = Plot::new(
         Axis::symlog("change from the value given", "%", 1.0),
@@ -115,10 +117,10 @@ fn shift(material: &Material) -> Plot {
         };
         let (mut row, mut middle, mut low, mut high) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (i, parameter) in base.iter().enumerate() {
+        for (place, &i) in shown.iter().enumerate() {
             let found = estimate(&fitted.hypothesis, &fitted.fit, i);
-            let percent = |v: f64| 100.0 * (v / parameter.prior - 1.0);
-            row.push(i as f64 + offset);
+            let percent = |v: f64| 100.0 * (v / base[i].prior - 1.0);
+            row.push(place as f64 + offset);
             middle.push(percent(found.value));
             let half = found.half_width().unwrap_or(f64::NAN);
             low.push(percent(found.value - half));

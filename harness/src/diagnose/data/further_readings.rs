@@ -1,9 +1,10 @@
 //! Whether further sensors read what the motion that the first one measured asks of them.
 
 use crate::diagnose::data::clock_offset::ClockOffset;
+use crate::diagnose::data::segment::Segment;
 use crate::error::Error;
 use crate::measurement::{
-    Campaign, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading, Run, of_one_sensor,
+    Campaign, DelayBelief, FurtherRecord, FurtherSensor, LEAST_NOISE, Reading, Run, of_one_sensor,
 };
 use crate::metric::standard_deviation;
 use crate::observer::{Smoothed, Structure};
@@ -57,8 +58,8 @@ fn expected(sensor: &FurtherSensor, structure: &Structure, smoothed: &Smoothed) 
     (0..contact.len()).map(at).collect()
 }
 
-/// Refuses a campaign in which a further sensor reads something else than what is stated of it; remarks on clocks that seem to differ
-/// by more than fits look for where it does not.
+/// Refuses a campaign in which a further sensor reads something else than what is stated of it. Where none does, remarks on clocks that
+/// seem to be off by more than the `delays` that fits look for.
 ///
 /// # Errors
 /// [`Error::FurtherSensorContradicts`] with the likely remedy.
@@ -66,6 +67,7 @@ pub fn follow_the_motion(
     campaign: &Campaign,
     structure: &Structure,
     smoothings: &[Smoothing],
+    delays: &[DelayBelief],
 ) -> Result<Vec<String>, Error> {
     let mut remarks = Vec::new();
     let sprung = structure.modes().iter().filter(|mode| !mode.is_free());
@@ -101,12 +103,7 @@ pub fn follow_the_motion(
         if together.means.len() >= FEWEST_MEANS {
             together.verdict(campaign, sensor, "all runs".into(), &clocks)?;
         }
-        let interval = clocks
-            .iter()
-            .flatten()
-            .map(|c| c.interval)
-            .fold(0.0, f64::max);
-        let is_beyond = |late: &f64| late.abs() > sensor.most_delay(interval);
+        let is_beyond = |late: &f64| late.abs() > delays[number].most;
         if let Some(late) = Clock::agreed(&clocks).filter(is_beyond) {
             remarks.push(format!(
                 "'{}' follows the motion better where its times are taken to be {}: if the two clocks were not started together, state \
@@ -261,6 +258,26 @@ pub fn silent_sensors(campaign: &Campaign) -> Vec<String> {
         silent.map(|(sensor, _)| said(&sensor.name)).collect()
     };
     campaign.runs.iter().flat_map(of_run).collect()
+}
+
+/// Which sensors read something, but nothing that counts in any segment.
+pub fn unread_sensors(campaign: &Campaign, segments: &[Segment]) -> Vec<String> {
+    let unread = |(number, sensor): (usize, &FurtherSensor)| {
+        let parts = segments.iter().flat_map(|s| &s.further);
+        let parts: Vec<_> = parts.filter(|part| part.sensor == number).collect();
+        let counts = parts.iter().any(|part| part.trusted.iter().any(|&t| t));
+        let shortest = parts.iter().map(|part| part.trusted.len()).min()?;
+        let left_out = parts.iter().map(|part| part.most_delay).max()?;
+        (!counts).then(|| {
+            format!(
+                "No reading of '{}' counts: of segments of {shortest} samples {left_out} at each end are left out, by which its clock may \
+                 be off. State its delay_s, and a smaller delay_std_s.",
+                sensor.name
+            )
+        })
+    };
+    let sensors = campaign.further_sensors.iter().enumerate();
+    sensors.filter_map(unread).collect()
 }
 
 /// Gives the records of each sensor the noise that its estimates from all runs agree on, as those of the first sensor ([`of_one_sensor`]).

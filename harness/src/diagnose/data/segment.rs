@@ -4,7 +4,7 @@
 //! prediction depends on the model and not on rounding. Segments start far from transitions and follow one
 //! another over the whole run.
 
-use crate::measurement::{BESIDE_JUMP, Measurand, Run};
+use crate::measurement::{BESIDE_JUMP, DelayBelief, Measurand, Run};
 use crate::observer::{Phase, PhaseMode};
 use crate::smoothing::Smoothing;
 use serde::Serialize;
@@ -62,15 +62,11 @@ impl FurtherPart {
     /// Those of some samples. At the ends a clock that is off may ask for times that are not predicted.
     fn piece(&self, range: Range<usize>) -> Self {
         let inner = range.start + self.most_delay..range.end.saturating_sub(self.most_delay);
-        let values = range.clone().map(|k| match inner.contains(&k) {
-            true => self.measured[k],
-            false => 0.0,
-        });
+        let counts = |k: usize| inner.contains(&k) && self.trusted[k];
+        let value = |k: usize| if counts(k) { self.measured[k] } else { 0.0 };
         Self {
-            measured: values.collect(),
-            trusted: range
-                .map(|k| inner.contains(&k) && self.trusted[k])
-                .collect(),
+            measured: range.clone().map(value).collect(),
+            trusted: range.map(counts).collect(),
             ..*self
         }
     }
@@ -90,17 +86,27 @@ pub fn reach(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.map(|y| (y - mean).abs()).fold(0.0, f64::max)
 }
 
+/// Share of a sample by which a whole number of them may seem more.
+const ROUNDING: f64 = 1e-9;
+
 /// What the further sensors read in a run whose first sensor has a noise of `noise`, in its unit. What was not read does not count, nor what
-/// jumps beside a transition.
-pub fn further_parts(run: &Run, smoothing: &Smoothing, noise: f64) -> Vec<FurtherPart> {
+/// jumps beside a transition, as far from it as a clock may be off too.
+pub fn further_parts(
+    run: &Run,
+    smoothing: &Smoothing,
+    noise: f64,
+    delays: &[DelayBelief],
+) -> Vec<FurtherPart> {
     let trusted = vec![true; run.time.len()];
     let record = Record::of(0, run, &trusted, smoothing, &[]);
     let records = run.further.iter().enumerate();
     let read = records.filter_map(|(sensor, record)| Some((sensor, record.as_ref()?)));
     read.map(|(sensor, read)| {
         let scale = read.noise_std / noise;
+        let most_delay = delays[sensor].most / record.interval;
         let counts = |k: usize| {
-            let is_beside = read.beside_jump > 0.0 && record.is_beside(k, read.beside_jump);
+            let beside = read.beside_jump + most_delay;
+            let is_beside = read.beside_jump > 0.0 && record.is_beside(k, beside);
             read.values[k].is_finite() && !is_beside
         };
         let trusted: Vec<bool> = (0..run.time.len()).map(counts).collect();
@@ -113,7 +119,7 @@ pub fn further_parts(run: &Run, smoothing: &Smoothing, noise: f64) -> Vec<Furthe
             trusted,
             scale,
             reach: reach(read.values.iter().copied().filter(|y| y.is_finite())) / scale,
-            most_delay: read.most_delay.ceil() as usize,
+            most_delay: (most_delay - ROUNDING).ceil() as usize,
         }
     })
     .collect()

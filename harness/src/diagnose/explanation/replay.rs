@@ -62,6 +62,13 @@ pub fn replay(
             for (values, scale) in sensors.iter_mut().zip(scales) {
                 values.iter_mut().for_each(|y| *y *= scale);
             }
+            // Beyond the ends nothing is predicted for a clock that is off.
+            for (values, part) in sensors.iter_mut().zip(&segment.further) {
+                let count = values.len();
+                let left_out = part.most_delay.min(count);
+                values[..left_out].fill(f64::NAN);
+                values[count - left_out..].fill(f64::NAN);
+            }
             // Another output must not be compared with what was measured.
             let free = Segment {
                 measured: vec![f64::NAN; segment.measured.len()],

@@ -6,7 +6,7 @@ use crate::diagnose::model::instants::Instants;
 use crate::diagnose::model::parameter::{Kind, Parameter, SensorConstant};
 use crate::error::Error;
 use crate::fmu::Fmu;
-use crate::measurement::{FurtherSensor, Reading, Run};
+use crate::measurement::{Campaign, DelayBelief, FurtherSensor, Reading, Run};
 
 /// Standard deviations from what is stated within which factor and place of a sensor are sought: beyond, the campaign states another one.
 const REACH: f64 = 6.0;
@@ -33,24 +33,32 @@ fn constant(
     }
 }
 
-/// What all runs have of the further sensors: the factor of each, its delay where samples are `interval` s apart, and its place by the
-/// structure's `modes` first modes.
-pub fn shared_constants(sensors: &[FurtherSensor], modes: usize, interval: f64) -> Vec<Parameter> {
+/// How far the clocks of a campaign's sensors may be off, exactly as stated where the FMU can't be read between the samples.
+pub fn delay_beliefs(fmu: &Fmu, campaign: &Campaign) -> Vec<DelayBelief> {
+    let is_read_anywhere = fmu.description().capabilities.can_handle_variable_step;
+    let belief = |sensor: &FurtherSensor| match is_read_anywhere {
+        true => sensor.delay_belief(&campaign.runs),
+        false => DelayBelief::EXACT,
+    };
+    campaign.further_sensors.iter().map(belief).collect()
+}
+
+/// What all runs have of the further sensors: the factor of each, its delay, and its place by the structure's `modes` first modes.
+pub fn shared_constants(
+    sensors: &[FurtherSensor],
+    delays: &[DelayBelief],
+    modes: usize,
+) -> Vec<Parameter> {
     let mut out = Vec::new();
     for (number, sensor) in sensors.iter().enumerate() {
         let kind = |of| Kind::Sensor(number, of);
         let (gain, belief) = (kind(SensorConstant::Gain), (1.0, sensor.gain_std));
         out.push(constant((sensor, "gain"), "1", gain, belief, REACH));
-        let (std, most) = (sensor.delay_std(interval), sensor.most_delay(interval));
+        let DelayBelief { std, most } = delays[number];
         if std > 0.0 {
             let delay = kind(SensorConstant::Delay);
-            out.push(constant(
-                (sensor, "delay"),
-                "s",
-                delay,
-                (0.0, std),
-                most / std,
-            ));
+            let reach = most / std;
+            out.push(constant((sensor, "delay"), "s", delay, (0.0, std), reach));
         }
         if sensor.place.is_tip() {
             continue;
@@ -115,8 +123,9 @@ struct Constants {
     delay: f64,
 }
 
-/// Change of a delay in s by which derivatives are taken: a motion of 1 kHz is straight over it to a thousandth.
-const DELAY_STEP: f64 = 1e-7;
+/// A reading that changes by more than this share of its reach over [`DELAY_STEP`](super::instants::DELAY_STEP) jumps there: a motion of 1 kHz changes by less than a
+/// thousandth of it.
+const JUMPS: f64 = 1e-2;
 
 impl FurtherSensors {
     /// The sensors, read from an FMU with these mode shapes at the contact.
@@ -221,21 +230,14 @@ impl FurtherSensors {
         self.seen(parts, &parts.ratios, output)
     }
 
-    /// Times in s by which the clocks of a segment's sensors are late; with `stepped`, then the same again a little later, as
-    /// [`Self::slopes_of_constant`] takes derivatives by a delay.
+    /// Times in s by which the clocks of a segment's sensors are late.
     pub(super) fn delays(
         &self,
         further: &[FurtherPart],
         constants: &[(&Parameter, f64)],
-        stepped: bool,
     ) -> Vec<f64> {
         let delay = |part: &FurtherPart| self.constants(part.sensor, constants).delay;
-        let mut delays: Vec<f64> = further.iter().map(delay).collect();
-        if stepped {
-            let later: Vec<f64> = delays.iter().map(|delay| delay + DELAY_STEP).collect();
-            delays.extend(later);
-        }
-        delays
+        further.iter().map(delay).collect()
     }
 
     /// Appends to `out` what each sensor of a segment reads at the first `count` samples, one after another, over the scale that its values
@@ -314,11 +316,12 @@ impl FurtherSensors {
                     }
                     SensorConstant::Offset => 1.0,
                     SensorConstant::Delay => {
-                        let later = instants.late[further.len() + i][k];
+                        let later = instants.later[i][k];
                         // At an end of the segment both may be the same.
                         let apart = instants.times[place] - instants.times[later];
-                        match apart > 0.0 {
-                            true => own.gain * (seen(later) - seen(place)) / apart,
+                        let change = own.gain * (seen(later) - seen(place));
+                        match apart > 0.0 && change.abs() < JUMPS * part.reach * part.scale {
+                            true => change / apart,
                             false => 0.0,
                         }
                     }
@@ -352,7 +355,11 @@ mod tests {
             scale: None,
         };
         let names = |ratios: Vec<f64>, modes: usize| -> Vec<String> {
-            let all = shared_constants(&[sensor(ratios)], modes, 1e-4);
+            let belief = DelayBelief {
+                std: 1e-4,
+                most: 3e-4,
+            };
+            let all = shared_constants(&[sensor(ratios)], &[belief], modes);
             all.into_iter().map(|p| p.name).collect()
         };
         let at_contact = ["further_sensor.laser.gain", "further_sensor.laser.delay"];

@@ -4,7 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::beam_constants;
 use crate::diagnose::model::belt_profile::{PLACES, Roughness, Track, add_profile, is_profile};
 use crate::diagnose::model::friction_prior::FrictionPrior;
-use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
+use crate::diagnose::model::further_sensors::{constants_of_run, delay_beliefs, shared_constants};
 use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
@@ -144,11 +144,10 @@ impl Hypothesis {
                 fixed.push((fmu.variable(&name)?.reference, *share));
             }
         }
-        let intervals = campaign.runs.iter().map(Run::sample_interval);
         shared.extend(shared_constants(
             &campaign.further_sensors,
+            &delay_beliefs(fmu, campaign),
             modes.len(),
-            intervals.fold(0.0, f64::max),
         ));
         let input_scales = [shared.len(), shared.len() + 1];
         for (name, std) in [

@@ -1,6 +1,6 @@
 //! Predicts segments with one instance of the FMU.
 
-use crate::diagnose::data::segment::{Segment, reach};
+use crate::diagnose::data::segment::{FurtherPart, Segment, reach};
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::instants::Instants;
 use crate::diagnose::model::parameter::{Kind, Parameter, SensorConstant};
@@ -166,12 +166,18 @@ impl<'a> Predictor<'a> {
 
     /// Times of samples of a segment, and those at which clocks that are late by `delays` in s read them. Time of the campaign's runs counts
     /// from their own first sample.
-    fn instants(&self, segment: &Segment, samples: Samples, delays: &[f64]) -> Instants {
+    fn instants(
+        &self,
+        segment: &Segment,
+        samples: Samples,
+        delays: &[f64],
+        with_later: bool,
+    ) -> Instants {
         let origin = self.runs[segment.run].time[0];
         let asked = segment.time.iter().step_by(samples.stride);
-        let times = asked.take(samples.count).map(|t| t - origin).collect();
+        let times: Vec<f64> = asked.take(samples.count).map(|t| t - origin).collect();
         let end = segment.time[segment.time.len() - 1] - origin;
-        Instants::new(times, end, delays)
+        Instants::new(&times, end, delays, with_later)
     }
 
     /// What drives run `run` over samples; empty where its inputs are constant.
@@ -212,6 +218,14 @@ impl<'a> Predictor<'a> {
     }
 }
 
+/// The further sensors of a segment that samples are asked of.
+fn further_of(segment: &Segment, samples: Samples) -> &[FurtherPart] {
+    match samples.further {
+        true => &segment.further,
+        false => &[],
+    }
+}
+
 /// The samples of a segment within its run.
 fn samples_of(segment: &Segment) -> Range<usize> {
     segment.first..segment.first + segment.time.len()
@@ -233,10 +247,7 @@ impl Simulator for Predictor<'_> {
         self.gather(segment, values);
         let (h, r) = (self.hypothesis, self.references);
         self.directions.clear();
-        let further = match samples.further {
-            true => &segment.further[..],
-            false => &[],
-        };
+        let further = further_of(segment, samples);
         let of_sensor = |turn: &Turn| {
             let parameter = match *turn {
                 Turn::State(_) => return None,
@@ -263,9 +274,8 @@ impl Simulator for Predictor<'_> {
         let Samples { count, .. } = samples;
         let constants = self.sensor_constants(segment.run, values);
         let by_delay = |turn: &Turn| matches!(of_sensor(turn), Some((_, SensorConstant::Delay)));
-        let stepped = turns.iter().any(by_delay);
-        let delays = r.further.delays(further, &constants, stepped);
-        let instants = self.instants(segment, samples, &delays);
+        let delays = r.further.delays(further, &constants);
+        let instants = self.instants(segment, samples, &delays, turns.iter().any(by_delay));
         let (integers, integer_values) = self.integers(values.stuck);
         let mut outputs = vec![r.measured];
         if !further.is_empty() {
@@ -332,13 +342,10 @@ impl Simulator for Predictor<'_> {
         let r = self.references;
         let offset = self.offset(segment.run, values.per_run);
         out.clear();
-        let further = match samples.further {
-            true => &segment.further[..],
-            false => &[],
-        };
+        let further = further_of(segment, samples);
         let constants = self.sensor_constants(segment.run, values);
-        let delays = r.further.delays(further, &constants, false);
-        let instants = self.instants(segment, samples, &delays);
+        let delays = r.further.delays(further, &constants);
+        let instants = self.instants(segment, samples, &delays, false);
         let mut names = vec![r.measured];
         if !further.is_empty() {
             names.extend(&r.further.outputs);

@@ -4,7 +4,9 @@ use crate::diagnose::data::belt_speed::{BeltScale, belt_scale};
 use crate::diagnose::data::break_away::{BreakAways, place_is_told, predict};
 use crate::diagnose::data::break_away_events::{Event, events};
 use crate::diagnose::data::coarse_excitation::coarsen;
-use crate::diagnose::data::further_readings::{agree_on_noise, follow_the_motion, silent_sensors};
+use crate::diagnose::data::further_readings::{
+    agree_on_noise, follow_the_motion, silent_sensors, unread_sensors,
+};
 use crate::diagnose::data::hold_out::HoldOut;
 use crate::diagnose::data::place_map::PlaceMap;
 use crate::diagnose::data::segment::{Segment, cut, further_parts, thin};
@@ -12,6 +14,7 @@ use crate::diagnose::data::usable_run::UsableRun;
 use crate::diagnose::model::belt_profile::Track;
 use crate::diagnose::model::finished_work::FinishedWork;
 use crate::diagnose::model::friction_prior::{FrictionPrior, StartFriction};
+use crate::diagnose::model::further_sensors::delay_beliefs;
 use crate::diagnose::model::hypothesis::{Choice, Hypothesis};
 use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::observations::Observations;
@@ -26,7 +29,7 @@ use crate::diagnose::model::work::Work;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::fmu::effect_card::{EffectCard, candidates};
-use crate::measurement::{Campaign, Run, of_one_sensor};
+use crate::measurement::{Campaign, DelayBelief, Run, of_one_sensor};
 use crate::metric::standard_deviation;
 use crate::observer::Structure;
 use crate::smoothing::Smoothing;
@@ -148,6 +151,8 @@ pub struct Problem<'a> {
     pub finished: FinishedWork,
     /// What is believed of the first sensor's zero.
     pub zero: SensorZero,
+    /// How far the clocks of further sensors may be off.
+    pub delays: Vec<DelayBelief>,
     /// Counts of what was computed.
     pub work: Work,
     /// Unknown functions that the model offers as effects.
@@ -214,7 +219,9 @@ impl<'a> Problem<'a> {
             remarks.push(zero.remark(&campaign.runs));
         }
         agree_on_noise(&mut campaign.runs);
-        remarks.extend(follow_the_motion(&campaign, &structure, &smoothings)?);
+        let delays = delay_beliefs(fmu, &campaign);
+        let of_clocks = follow_the_motion(&campaign, &structure, &smoothings, &delays)?;
+        remarks.extend(of_clocks);
         let horizon = horizon(&campaign.runs, &structure, &smoothings);
         for (run, noise) in campaign.runs.iter_mut().zip(&noise) {
             // What a coarse force does to the readings of further sensors is not looked at.
@@ -224,7 +231,7 @@ impl<'a> Problem<'a> {
         }
         let mut segments = Vec::new();
         for (index, (run, smoothing)) in campaign.runs.iter().zip(&smoothings).enumerate() {
-            let further = further_parts(run, smoothing, noise[index]);
+            let further = further_parts(run, smoothing, noise[index], &delays);
             let of_run = cut((index, run), smoothing, &further, horizon);
             let most = match run.inputs.series().next() {
                 Some(_) => MOST_DRIVEN_SEGMENTS,
@@ -232,6 +239,7 @@ impl<'a> Problem<'a> {
             };
             segments.extend(thin(of_run, smoothing, most, GROUP));
         }
+        remarks.extend(unread_sensors(&campaign, &segments));
         let events: Vec<Vec<Event>> = campaign
             .runs
             .iter()
@@ -290,6 +298,7 @@ impl<'a> Problem<'a> {
                 .collect(),
             held_out: rule.of(&campaign),
             zero,
+            delays,
             friction: FrictionPrior::new(expected, is_other_machine, &campaign.runs, &smoothings),
             spectra: Spectra::default(),
             remarks,

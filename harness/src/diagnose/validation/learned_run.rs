@@ -55,7 +55,12 @@ impl<'a> LearnedRun<'a> {
         let Ok(smoothing) = smooth_run(&beginning, &structure, &|v| expected.at(v), zero) else {
             return Ok(None);
         };
-        let further = further_parts(&beginning, &smoothing, problem.noise[index]);
+        let further = further_parts(
+            &beginning,
+            &smoothing,
+            problem.noise[index],
+            &problem.delays,
+        );
         let segments = cut((index, &beginning), &smoothing, &further, problem.horizon);
         if segments.is_empty() {
             return Ok(None);
@@ -156,7 +161,7 @@ impl<'a> LearnedRun<'a> {
         let (problem, h, r) = (self.problem, self.hypothesis, self.index);
         let run = &self.runs[r];
         let smoothing = &problem.smoothings[r];
-        let further = further_parts(run, smoothing, problem.noise[r]);
+        let further = further_parts(run, smoothing, problem.noise[r], &problem.delays);
         let segments = cut((r, run), smoothing, &further, problem.horizon);
         let mut point = Point::centre(h, &segments);
         point.shared.clone_from(&self.point.shared);
