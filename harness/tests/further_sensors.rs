@@ -564,9 +564,9 @@ fn val_a_load_cell_with_a_file_and_a_clock_of_its_own_reads_the_same() {
         "{}",
         read.noise_std
     );
-    // Two samples of its own to either side of a jump are drawn over it, and its clock may be off by three samples.
+    // Two samples of its own to either side of a jump are drawn over it.
     assert!(
-        (read.beside_jump - (1.5 + 2.0 * RATE / rate + 3.0)).abs() < 1e-6,
+        (read.beside_jump - (1.5 + 2.0 * RATE / rate)).abs() < 1e-6,
         "{}",
         read.beside_jump
     );
