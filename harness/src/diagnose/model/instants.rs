@@ -92,7 +92,7 @@ mod tests {
             places.iter().map(|&place| instants.times[place]).collect()
         };
         assert_eq!(at(&instants.late[0]), [0.0, 0.75]);
-        assert_eq!(at(&instants.later[0]), [0.0, 0.75 - DELAY_STEP]);
+        assert_eq!(at(&instants.later[0]), [0.0, 1.0 - (0.25 + DELAY_STEP)]);
         assert_eq!(at(&instants.samples), [0.0, 1.0]);
     }
 }
