@@ -58,12 +58,9 @@ pub fn replay(
             let segment = &problem.segments[index];
             let mut sensors = run_segment(&mut motion, segment, judgement, i);
             let measured = sensors.remove(0);
-            let scales = segment.further.iter().map(|part| part.scale);
-            for (values, scale) in sensors.iter_mut().zip(scales) {
-                values.iter_mut().for_each(|y| *y *= scale);
-            }
-            // Beyond the ends nothing is predicted for a clock that is off.
             for (values, part) in sensors.iter_mut().zip(&segment.further) {
+                values.iter_mut().for_each(|y| *y *= part.scale);
+                // Beyond the ends nothing is predicted for a clock that is off.
                 let count = values.len();
                 let left_out = part.most_delay.min(count);
                 values[..left_out].fill(f64::NAN);

@@ -4,7 +4,7 @@ use crate::diagnose::data::segment::Segment;
 use crate::diagnose::model::beam_constants;
 use crate::diagnose::model::belt_profile::{PLACES, Roughness, Track, add_profile, is_profile};
 use crate::diagnose::model::friction_prior::FrictionPrior;
-use crate::diagnose::model::further_sensors::{constants_of_run, delay_beliefs, shared_constants};
+use crate::diagnose::model::further_sensors::{constants_of_run, shared_constants};
 use crate::diagnose::model::known_structure::structure;
 use crate::diagnose::model::parameter::{Kind, Parameter, Scale};
 use crate::diagnose::model::periodic::{Argument, argument, periodic};
@@ -17,7 +17,7 @@ use crate::diagnose::model::unknown_function::{Smoothness, is_node, is_unknown_f
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::fmu::effect_card::{EffectCard, EffectParameter, Role};
-use crate::measurement::{Campaign, Measurand, Run};
+use crate::measurement::{Campaign, DelayBelief, Measurand, Run};
 use serde::Serialize;
 
 /// An effect chosen, with the values of its settings.
@@ -124,7 +124,7 @@ impl Hypothesis {
         catalogue: &[EffectCard],
         choices: &[Choice],
         tracks: &[Track],
-        (zero, belt, scales): (&SensorZero, f64, Scales),
+        (zero, delays, belt, scales): (&SensorZero, &[DelayBelief], f64, Scales),
         friction: &FrictionPrior,
     ) -> Result<Self, Error> {
         let structure = structure(fmu, &campaign.beam)?;
@@ -146,7 +146,7 @@ impl Hypothesis {
         }
         shared.extend(shared_constants(
             &campaign.further_sensors,
-            &delay_beliefs(fmu, campaign),
+            delays,
             modes.len(),
         ));
         let input_scales = [shared.len(), shared.len() + 1];

@@ -164,6 +164,19 @@ impl<'a> Predictor<'a> {
         of_sensors.map(|(p, position)| (p, *position)).collect()
     }
 
+    /// Outputs that are read: that of the first sensor, then those of further ones, where a segment has any.
+    fn outputs(&self, further: &[FurtherPart]) -> Vec<u32> {
+        let r = self.references;
+        let others: &[u32] = match further {
+            [] => &[],
+            _ => &r.further.outputs,
+        };
+        std::iter::once(&r.measured)
+            .chain(others)
+            .copied()
+            .collect()
+    }
+
     /// Times of samples of a segment, and those at which clocks that are late by `delays` in s read them. Time of the campaign's runs counts
     /// from their own first sample.
     fn instants(
@@ -277,10 +290,7 @@ impl Simulator for Predictor<'_> {
         let delays = r.further.delays(further, &constants);
         let instants = self.instants(segment, samples, &delays, turns.iter().any(by_delay));
         let (integers, integer_values) = self.integers(values.stuck);
-        let mut outputs = vec![r.measured];
-        if !further.is_empty() {
-            outputs.extend(&r.further.outputs);
-        }
+        let outputs = self.outputs(further);
         let all = instants.times.len();
         let width = all * outputs.len();
         let mut motion = vec![0.0; width];
@@ -346,10 +356,7 @@ impl Simulator for Predictor<'_> {
         let constants = self.sensor_constants(segment.run, values);
         let delays = r.further.delays(further, &constants);
         let instants = self.instants(segment, samples, &delays, false);
-        let mut names = vec![r.measured];
-        if !further.is_empty() {
-            names.extend(&r.further.outputs);
-        }
+        let names = self.outputs(further);
         let mut y = vec![0.0; names.len()];
         let mut others = Vec::new();
         let mut is_near = true;

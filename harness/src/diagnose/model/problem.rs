@@ -404,7 +404,7 @@ impl<'a> Problem<'a> {
             &self.catalogue,
             choices,
             &self.tracks,
-            (&self.zero, self.belt_scale.std, self.scales),
+            (&self.zero, &self.delays, self.belt_scale.std, self.scales),
             &self.friction,
         )
     }
