@@ -131,7 +131,9 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
         Measurand::Velocity => 2.0 * motion.fastest,
         Measurand::Acceleration => 2.0 * amplitude(&record.measured),
     };
-    if motion.trend.abs() > DRIFT * range {
+    // A mass without a spring has no place that it returns to.
+    let returns = beam.natural_frequencies_hz.iter().all(|f| *f > 0.0);
+    if returns && motion.trend.abs() > DRIFT * range {
         say(
             Severity::Warning,
             "drift",

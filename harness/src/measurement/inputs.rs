@@ -196,6 +196,16 @@ impl Run {
         self.inputs.series().next().is_none() && !self.inputs.is_excited()
     }
 
+    /// Whether the belt moves at some time.
+    pub fn belt_moves(&self) -> bool {
+        self.belt_velocity != 0.0 || self.inputs.belt_velocity.is_some()
+    }
+
+    /// Whether anything presses on the contact at some time.
+    pub fn is_pressed(&self) -> bool {
+        self.normal_force != 0.0 || self.inputs.normal_force.is_some()
+    }
+
     /// Whether the motion can keep itself going and forgets its start: a belt that runs evenly, and no other drive. What
     /// is driven, or dies out, has its place in time.
     pub fn sustains_itself(&self) -> bool {

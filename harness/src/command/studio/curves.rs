@@ -138,10 +138,7 @@ pub fn curves(problem: &Problem, predicted: &Predicted, r: usize) -> Result<Curv
         .chunks(of_run.len().div_ceil(threads).max(1))
         .collect();
     let motions = parallel(&parts, |part| motions(problem, predicted, part))?;
-    let scale = predicted.hypothesis.input_scales.map(|i| {
-        let parameter = &predicted.hypothesis.shared[i];
-        parameter.value(predicted.point.shared[i])
-    });
+    let scale = predicted.hypothesis.scales(&predicted.point.shared);
     let belt = |k: usize| -> f64 {
         let series = run.inputs.belt_velocity.as_ref();
         scale[0] * series.map_or(run.belt_velocity, |s| s.values[k])

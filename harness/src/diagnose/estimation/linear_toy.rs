@@ -144,7 +144,7 @@ pub(crate) fn hypothesis(shared: usize) -> Hypothesis {
         has_memory: false,
         modes: 1,
         state_scales: vec![1.0, 100.0],
-        input_scales: [0, 0],
+        input_scales: [Some(0), Some(0)],
     }
 }
 

@@ -71,8 +71,9 @@ pub struct Hypothesis {
     pub modes: usize,
     /// Scales of the modal states, q and q' in turn: 1 and the angular frequency in rad/s.
     pub state_scales: Vec<f64>,
-    /// Indices of the shared parameters that scale belt velocity and normal force.
-    pub input_scales: [usize; 2],
+    /// Indices of the shared parameters that scale belt velocity and normal force; `None` for one that is zero in every run, whose scale
+    /// changes nothing.
+    pub input_scales: [Option<usize>; 2],
 }
 
 /// Strength of an effect that is as good as off, as a share of the typical one: far below anything measurable, also where a segment
@@ -149,19 +150,29 @@ impl Hypothesis {
             delays,
             modes.len(),
         ));
-        let input_scales = [shared.len(), shared.len() + 1];
-        for (name, std) in [
-            ("belt_velocity.scale", belt),
-            ("normal_force.scale", known.normal_force_std),
-        ] {
-            shared.push(Parameter {
-                kind: Kind::Input,
-                targets: Vec::new(),
-                ..Parameter::positive(name.into(), "1", 0, (1.0, std), 1.2)
-            });
-        }
+        // What nothing presses on rubs nowhere: neither the scale of its load nor any constant of friction changes a motion.
+        let is_pressed = campaign.runs.iter().any(Run::is_pressed);
+        let stated = [
+            (
+                "belt_velocity.scale",
+                belt,
+                campaign.runs.iter().any(Run::belt_moves),
+            ),
+            ("normal_force.scale", known.normal_force_std, is_pressed),
+        ];
+        let input_scales = stated.map(|(name, std, acts)| {
+            acts.then(|| {
+                shared.push(Parameter {
+                    kind: Kind::Input,
+                    targets: Vec::new(),
+                    ..Parameter::positive(name.into(), "1", 0, (1.0, std), 1.2)
+                });
+                shared.len() - 1
+            })
+        });
         let mut per_run = match side {
             Some(side) => vec![constants(side, true); campaign.runs.len()],
+            None if !is_pressed => vec![Vec::new(); campaign.runs.len()],
             None => {
                 shared.extend(beam_constants::of_friction(fmu, friction)?);
                 beam_constants::levels(fmu, friction, known)?
@@ -308,8 +319,9 @@ impl Hypothesis {
     }
 
     /// Factors of belt velocity and normal force.
-    fn scales(&self, shared: &[f64]) -> [f64; 2] {
-        self.input_scales.map(|i| self.shared[i].value(shared[i]))
+    pub fn scales(&self, shared: &[f64]) -> [f64; 2] {
+        self.input_scales
+            .map(|scale| scale.map_or(1.0, |i| self.shared[i].value(shared[i])))
     }
 
     /// Value reference of an input with a series, and the factor of its series.
@@ -369,13 +381,13 @@ impl Hypothesis {
         let parameter = &self.shared[c];
         let (slope, [belt, force]) = (parameter.slope(position), references.inputs);
         let [belt_size, force_size] = sizes(run);
-        if c == self.input_scales[0] {
+        if self.input_scales[0] == Some(c) {
             let (size, passed) = belt_part(run, segment);
             let travel = references.history[0];
             let of_belt = belt.map(|r| (r, slope * belt_size));
             let of_travel = travel.map(|r| (r, slope * size * passed));
             of_belt.into_iter().chain(of_travel).collect()
-        } else if c == self.input_scales[1] {
+        } else if self.input_scales[1] == Some(c) {
             let of_force = force.map(|r| (r, slope * force_size));
             of_force.into_iter().collect()
         } else {

@@ -276,8 +276,8 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let roughness = if place_is_told { ALIKE.sqrt() } else { 1.0 };
-        let runs = smoothings.iter().zip(&moves).filter(|(_, moves)| **moves);
-        let runs = runs.map(|(s, _)| &s.stick_slip.smoothed);
+        let runs = campaign.runs.iter().zip(&smoothings).zip(&moves);
+        let runs = runs.filter_map(|((run, s), m)| m.then_some((run, &s.stick_slip.smoothed)));
         let scales = Scales::of_runs(&structure, runs);
         let ratios =
             Scales::of_catalogue(fmu)?.map_or(Scales::ALIKE, |machine| scales.over(machine));

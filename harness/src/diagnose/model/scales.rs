@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::fmu::effect_card::annotation;
+use crate::measurement::{Excitation, Run};
 use crate::metric::{median, standard_deviation};
 use crate::observer::{Mode, Smoothed, Structure};
 
@@ -13,7 +14,7 @@ pub struct Scales {
     pub length: f64,
     /// Spread of its velocity.
     pub velocity: f64,
-    /// Force that changes this velocity over that length.
+    /// Force that changes this velocity over that length, or that drives the machine, if it is larger.
     pub force: f64,
 }
 
@@ -62,43 +63,59 @@ impl Scales {
         }))
     }
 
-    /// Those of a machine with this structure, of which these are runs that move. With the median v over the runs of the spread of the
-    /// contact's velocity, the time t and the mass m that a force at the contact moves at once,
+    /// Those of a machine with this structure, of which these are runs that move, with their smoothed motions. With the median v over the
+    /// runs of the spread of the contact's velocity, the time t and the mass m that a force at the contact moves at once,
     ///
     /// ```text
-    /// l = v t,   f = m v/t,   t = 1/w_1,   1/m = sum_j phi_j^2/m_j
+    /// l = v t,   f = max(m v/t, P),   t = 1/w_1,   1/m = sum_j phi_j^2/m_j
     /// ```
     ///
     /// w_1 the lowest natural angular frequency; of masses without a spring l is the spread of the displacement. A sensor of velocities
-    /// tells no slow displacement, hence t from the structure where it has one.
-    pub fn of_runs<'s>(structure: &Structure, runs: impl Iterator<Item = &'s Smoothed>) -> Self {
-        let (mut lengths, mut velocities): (Vec<f64>, Vec<f64>) = runs
-            .map(|run| {
-                let length = standard_deviation(&run.displacement);
-                (length, standard_deviation(&run.velocity))
-            })
-            .unzip();
+    /// tells no slow displacement, hence t from the structure where it has one. P is the median spread of the force that drives the runs,
+    /// that of a shaken clamp being m times its acceleration: where friction and dampers take most of it, inertia tells too little.
+    pub fn of_runs<'s>(
+        structure: &Structure,
+        runs: impl Iterator<Item = (&'s Run, &'s Smoothed)>,
+    ) -> Self {
+        let inverse_mass = structure.inverse_tip_mass();
+        let (mut lengths, mut velocities, mut pushes) = (Vec::new(), Vec::new(), Vec::new());
+        for (run, smoothed) in runs {
+            lengths.push(standard_deviation(&smoothed.displacement));
+            velocities.push(standard_deviation(&smoothed.velocity));
+            let spread = |e: &Excitation| {
+                let values = e.series.as_ref().map(|s| standard_deviation(&s.values));
+                values.unwrap_or(0.0)
+            };
+            let shaken = spread(&run.inputs.clamp_acceleration) / inverse_mass;
+            pushes.push(spread(&run.inputs.external_force).max(shaken));
+        }
         let velocity = median(&mut velocities);
         let sprung = structure.modes().iter().filter(|m| !m.is_free());
         let lowest = sprung.map(Mode::angular_frequency).reduce(f64::min);
         let length = lowest.map_or_else(|| median(&mut lengths), |rate| velocity / rate);
+        let inertia = velocity * velocity / (length * inverse_mass);
         Self {
             length,
             velocity,
-            force: velocity * velocity / (length * structure.inverse_tip_mass()),
+            force: inertia.max(median(&mut pushes)),
         }
     }
 
-    /// Ratios of these scales to those of another machine, each rounded to a decade; 1 where one is not known.
+    /// Ratios of these scales to those of another machine; 1 for one that is not known, and for all of two machines of about one size: where
+    /// none is off by half a decade ([`Self::ALIKE`]), since what is met on a machine is known to no more.
     pub fn over(self, other: Self) -> Self {
-        let decade = |mine: f64, theirs: f64| match (mine / theirs).log10().round() {
-            decades if decades.is_finite() => 10.0_f64.powf(decades),
-            _ => 1.0,
+        let of = |mine: f64, theirs: f64| Some(mine / theirs).filter(|r| r.is_finite() && *r > 0.0);
+        let ratio = |mine, theirs| of(mine, theirs).unwrap_or(1.0);
+        let ratios = Self {
+            length: ratio(self.length, other.length),
+            velocity: ratio(self.velocity, other.velocity),
+            force: ratio(self.force, other.force),
         };
-        Self {
-            length: decade(self.length, other.length),
-            velocity: decade(self.velocity, other.velocity),
-            force: decade(self.force, other.force),
+        let all = [ratios.length, ratios.velocity, ratios.force];
+        if all.iter().all(|r| r.log10().abs() < 0.5) {
+            Self::ALIKE
+        } else {
+            ratios
         }
     }
 
@@ -178,23 +195,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ratios_are_decades() {
+    fn machines_of_about_one_size_are_alike_and_others_are_not_rounded() {
         let beam = Scales {
             length: 4e-4,
             velocity: 0.1,
             force: 3.0,
         };
-        let other = Scales {
-            length: 8e-4,
-            velocity: 100.0,
+        let larger = Scales {
+            length: 1e-3,
+            velocity: 0.31,
+            force: 1.0,
+        };
+        assert_eq!(larger.over(beam), Scales::ALIKE);
+        let drive = Scales {
+            length: 0.12,
+            velocity: 0.05,
             force: f64::NAN,
         };
         let expected = Scales {
-            length: 1.0,
-            velocity: 1000.0,
+            length: 0.12 / 4e-4,
+            velocity: 0.5,
             force: 1.0,
         };
-        assert_eq!(other.over(beam), expected);
+        assert_eq!(drive.over(beam), expected);
     }
 
     #[test]

@@ -3,8 +3,7 @@
 //! The cards of the catalogue and the library give the strengths and times that are met on one machine: typical ones, and bounds that
 //! set what is believed before any data. A machine that moves a hundred times as far, or weighs a thousandth, meets others: two
 //! machines behave alike where all values agree in units of their own length, velocity and force (Buckingham, Phys. Rev. 4 (1914) 345),
-//! so that each value is scaled as its unit says ([`Scales::factor`]). Bounds are good to a decade, hence the ratios of the scales are
-//! rounded to one: machines of about one size have the same beliefs.
+//! so that each value is scaled as its unit says ([`Scales::factor`]); machines of about one size have the same beliefs ([`Scales::over`]).
 
 use crate::diagnose::model::library::File;
 use crate::diagnose::model::scales::Scales;

@@ -8,6 +8,7 @@ use crate::diagnose::result::diagnosis::FoundEffect;
 use crate::diagnose::selection::fitted_model::FittedModel;
 use crate::diagnose::selection::outcome::{Contradiction, Selection};
 use crate::diagnose::thresholds::CLAIMED;
+use crate::measurement::Run;
 use crate::report::{number, percent};
 
 /// What the data can't tell and why, values on their bounds, and whether the search was stopped.
@@ -25,18 +26,10 @@ pub(crate) fn remarks(
             runs.len()
         ));
     }
-    let first = (runs[0].belt_velocity, runs[0].normal_force);
-    if runs
-        .iter()
-        .all(|r| (r.belt_velocity, r.normal_force) == first)
-    {
-        out.push(format!(
-            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be distinguished. Measure at a second speed and a second load.",
-            first.0, first.1
-        ));
-    }
+    out.extend(one_operating_point(runs));
     for (run, smoothing) in runs.iter().zip(&problem.smoothings) {
-        if smoothing.cycle.is_nan() {
+        let can_stick = run.belt_moves() && run.is_pressed();
+        if can_stick && smoothing.cycle.is_nan() {
             out.push(format!(
                 "{}: no stick-slip cycles seen; this run says nothing of static friction, of how it ages, or of how break-away depends on the place.",
                 run.name
@@ -120,6 +113,26 @@ pub(crate) fn remarks(
         out.push("Stopped before the end: candidates not listed were not tried.".into());
     }
     out
+}
+
+/// What can't be told apart where all runs have one belt speed and one load; nothing rubs on what no load presses on.
+fn one_operating_point(runs: &[Run]) -> Option<String> {
+    let first = (runs[0].belt_velocity, runs[0].normal_force);
+    let is_first = |r: &Run| (r.belt_velocity, r.normal_force) == first;
+    if !runs.iter().any(Run::is_pressed) || !runs.iter().all(is_first) {
+        return None;
+    }
+    Some(if runs.iter().any(Run::belt_moves) {
+        format!(
+            "All runs have {} m/s and {} N: effects that differ only in how they change with speed or load can't be distinguished. Measure at a second speed and a second load.",
+            first.0, first.1
+        )
+    } else {
+        format!(
+            "All runs have a load of {} N: effects that differ only in how they change with load can't be distinguished. Measure at a second load.",
+            first.1
+        )
+    })
 }
 
 /// The hypothesis that is more probable than the one named and has all of its effects: what it has more is of the library and small.

@@ -162,7 +162,7 @@ fn held(h: &Hypothesis, point: &Point, free: &BTreeSet<String>) -> (Hypothesis, 
     (out.shared, at.shared) = (Vec::new(), Vec::new());
     for (i, (parameter, &position)) in h.shared.iter().zip(&point.shared).enumerate() {
         let mut parameter = parameter.clone();
-        let scale = h.input_scales.iter().position(|s| *s == i);
+        let scale = h.input_scales.iter().position(|s| *s == Some(i));
         if !free.contains(&parameter.name) {
             // What the FMU does not have can't be set there.
             if scale.is_none() && !matches!(parameter.kind, Kind::Sensor(..)) {
@@ -173,7 +173,7 @@ fn held(h: &Hypothesis, point: &Point, free: &BTreeSet<String>) -> (Hypothesis, 
             parameter.prior_std = HELD * parameter.step;
         }
         if let Some(scale) = scale {
-            out.input_scales[scale] = out.shared.len();
+            out.input_scales[scale] = Some(out.shared.len());
         }
         out.shared.push(parameter);
         at.shared.push(position);
