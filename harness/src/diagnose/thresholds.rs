@@ -6,9 +6,13 @@ pub const FLOOR_MEDIAN: f64 = 1.12;
 /// ... and so is the error of three segments in four.
 pub const FLOOR_QUARTILE: f64 = 1.45;
 
-/// ..., and most segments of each run are met: a run is an experiment of its own, and one of four would be lost unseen among the others.
-/// Of a run with fewer segments than this nothing is concluded: one segment in ten grazes a transition.
-pub const FEWEST_OF_RUN: usize = 3;
+/// ..., and of no run more segments are lost than by chance, each with this probability: true models lost 2 of 1000 segments, on
+/// TRUE_CAMPAIGNS campaigns (docs/adr/0066-what-acts-at-times.md). A run is an experiment of its own, and what acts at times, such as a stop that
+/// the motion reaches at resonance, shows in a few segments of it.
+pub const LOST_BY_CHANCE: f64 = 0.01;
+
+/// Probability below which chance does not count as the reason.
+pub const UNLIKELY: f64 = 1e-3;
 
 /// A segment whose error is more than this many times the noise is lost, as no chance explains: of 30 samples noise alone makes 1.0 with a
 /// standard deviation of 0.13.

@@ -35,9 +35,11 @@ pub struct FitOptions {
     /// How many times more than the residuals' count suggests the reference model's own parameters are held to what is
     /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.
     pub belief: f64,
-    /// Whether the segments that fit worst have no say, as in a search, where a model may still be far off; else the objective is
-    /// that of the evidence.
+    /// Whether segments that fit badly have a bounded say, as in a search, where a model may still be far off; else the objective is that
+    /// of the evidence.
     pub robust: bool,
+    /// Whether, in a search, those that fit worst have none.
+    pub trims: bool,
     /// Whether the parameters of the reference model that all runs share move at all.
     pub reference: bool,
     /// Whether the noise that is allowed for falls in the course of the fit ([`super::graduation`]).
@@ -63,6 +65,7 @@ impl FitOptions {
             draws: false,
             belief: 1.0,
             robust: true,
+            trims: true,
             reference: true,
             graduated: false,
             least_evidence: f64::NEG_INFINITY,

@@ -404,7 +404,7 @@ impl<'a, 'b> Fitter<'a, 'b> {
 
     /// How many of so many segments count.
     pub(crate) fn kept_count(&self, segments: usize) -> usize {
-        let left_out = match self.options.robust && self.allowance == 1.0 {
+        let left_out = match self.options.trims && self.options.robust && self.allowance == 1.0 {
             true => TRIMMED,
             false => 0.0,
         };

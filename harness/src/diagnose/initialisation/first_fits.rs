@@ -8,6 +8,7 @@ use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::predictor::Predictor;
+use crate::diagnose::thresholds::LOST;
 
 /// Jacobians after which a start must not be hopeless: ...
 const FOOTHILL: usize = 2;
@@ -44,9 +45,12 @@ impl<'a, 'b> FirstFits<'a, 'b> {
         Fitter::new(predictor, self.hypothesis, self.data, options).run(start)
     }
 
-    /// Whether a fit has come down to the noise.
+    /// Whether a fit has come down to the noise: on all segments, where those that fit worst have a say.
     pub fn has_arrived(&self) -> bool {
-        let arrived = |fit: &Fit| fit.error_quantile(self.data, 0.75) < FOUND;
+        let arrived = |fit: &Fit| match self.search.trims {
+            true => fit.error_quantile(self.data, 0.75) < FOUND,
+            false => fit.error_quantile(self.data, 1.0) < LOST,
+        };
         self.best.as_ref().is_some_and(arrived)
     }
 
@@ -57,7 +61,8 @@ impl<'a, 'b> FirstFits<'a, 'b> {
         let mut found = Vec::new();
         for start in starts {
             let seen = self.fit(predictor, start, options);
-            if seen.error_quantile(self.data, 0.5) < FOUND {
+            // Where most segments are met without the effect, that tells nothing of it.
+            if self.search.trims && seen.error_quantile(self.data, 0.5) < FOUND {
                 let climb = self.search.following(self.search.climb);
                 let fit = self.fit(predictor, seen.point, climb);
                 keep_better(&mut self.best, fit);

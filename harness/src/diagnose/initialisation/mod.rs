@@ -11,6 +11,7 @@ pub mod response_spectrum;
 pub(crate) mod responses;
 pub mod score_test;
 pub mod search_options;
+pub mod shape_grid;
 pub mod starts;
 pub(crate) mod subset_regression;
 pub mod wave_fit;

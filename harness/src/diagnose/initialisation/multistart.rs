@@ -221,6 +221,7 @@ pub(crate) fn first_looks(
 ) -> Result<FirstLooks, Error> {
     let hypothesis = problem.hypothesis(choices)?;
     let data = problem.data(segments);
+    let search = search.beside(&base.fit, &data);
     let from = (&base.hypothesis.choices, &base.fit);
     let question = ("look", choices, segments, data.noise, from, search);
     problem.finished.recall(&question, || {
@@ -258,6 +259,7 @@ pub(crate) fn followed(
 ) -> Result<FittedHypothesis, Error> {
     let hypothesis = problem.hypothesis(choices)?;
     let data = problem.data(segments);
+    let search = search.beside(&base.fit, &data);
     let from = (&base.hypothesis.choices, &base.fit);
     let question = ("search", choices, segments, data.noise, from, search);
     let fit = problem.finished.recall(&question, || {
@@ -331,10 +333,20 @@ fn best_of_looks(
     let is_new = !base.hypothesis.choices.iter().any(|c| c.effect == new);
     let is_weak = is_new && base.fit.error_quantile(&data, 0.5) <= FLOOR_MEDIAN;
     let is_hopeless = |first_fit: &Fit| is_weak && first_fit.error_quantile(&data, 0.5) > FAR;
+    // The objective without the effect, as looks at it are judged.
+    let without = match search.trims {
+        true => base.fit.trimmed,
+        false => {
+            let off = switched_off(problem, hypothesis, base, segments);
+            let as_judged = search.following(0);
+            let mut fitter = Fitter::new(&mut predictor, hypothesis, &data, as_judged);
+            fitter.run(off).trimmed
+        }
+    };
     if !first_fits.has_arrived() {
         let open = found.iter().filter(|first_fit| !is_hopeless(first_fit));
         for first_fit in open.take(search.followed) {
-            first_fits.follow(&mut predictor, first_fit.point.clone(), base.fit.trimmed);
+            first_fits.follow(&mut predictor, first_fit.point.clone(), without);
         }
     }
     let mut best = first_fits.best;
@@ -346,7 +358,7 @@ fn best_of_looks(
         return Ok(fit);
     }
     // Never worse than without the effect.
-    if best.as_ref().is_none_or(|b| b.trimmed > base.fit.trimmed) {
+    if best.as_ref().is_none_or(|b| b.trimmed > without) {
         let off = switched_off(problem, hypothesis, base, segments);
         let fit = Fitter::new(
             &mut predictor,

@@ -1,6 +1,9 @@
 //! How thoroughly a hypothesis is searched.
 
+use crate::diagnose::estimation::fit::Fit;
 use crate::diagnose::estimation::fit_options::FitOptions;
+use crate::diagnose::model::observations::Observations;
+use crate::diagnose::thresholds::{FLOOR_QUARTILE, LOST};
 use serde::Serialize;
 
 /// Jacobians for a first look at a start.
@@ -37,6 +40,8 @@ pub struct SearchOptions {
     pub fixed_first_fits: bool,
     /// How firmly the reference model is held to what is believed of it after that.
     pub belief: f64,
+    /// Whether the segments that fit worst have no say.
+    pub trims: bool,
 }
 
 /// Nuisances with which a search starts.
@@ -66,6 +71,7 @@ pub const THOROUGH: SearchOptions = SearchOptions {
     nuisances: Nuisances::All,
     fixed_first_fits: false,
     belief: 1.0,
+    trims: true,
 };
 /// For hypotheses that a rival at the noise floor has all but ruled out, and rivals from the library.
 pub const BRIEF: SearchOptions = SearchOptions {
@@ -77,6 +83,7 @@ pub const BRIEF: SearchOptions = SearchOptions {
     nuisances: Nuisances::Some,
     fixed_first_fits: true,
     belief: 1.0,
+    trims: true,
 };
 /// For a curve that nobody knows: short pieces first, which catch it from nothing, then with as many Jacobians as a start that is
 /// followed in a thorough search, the reference model held.
@@ -93,6 +100,16 @@ pub const HIDDEN: SearchOptions = SearchOptions {
     ..BRIEF
 };
 impl SearchOptions {
+    /// The same beside a model that most segments meet while a few are lost: these show what is missing, and all have a say. Far from the
+    /// noise those that fit worst are the ones that a fit has lost.
+    pub(crate) fn beside(self, base: &Fit, data: &Observations) -> Self {
+        let is_met = base.error_quantile(data, 0.75) <= FLOOR_QUARTILE;
+        Self {
+            trims: self.trims && !(is_met && base.error_quantile(data, 1.0) > LOST),
+            ..self
+        }
+    }
+
     /// The options of a first look at a start.
     pub(crate) fn first_fit(self) -> FitOptions {
         FitOptions {
@@ -104,6 +121,7 @@ impl SearchOptions {
                 1.0
             },
             reference: !self.fixed_first_fits,
+            trims: self.trims,
             ..FitOptions::search(self.first_fit)
         }
     }
@@ -112,6 +130,7 @@ impl SearchOptions {
     pub(crate) fn following(self, iterations: usize) -> FitOptions {
         FitOptions {
             belief: self.belief,
+            trims: self.trims,
             ..FitOptions::search(iterations)
         }
     }

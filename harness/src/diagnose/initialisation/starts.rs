@@ -9,6 +9,7 @@ use crate::diagnose::estimation::nesting::widen;
 use crate::diagnose::initialisation::force_spectrum;
 use crate::diagnose::initialisation::response_spectrum::ResponseSpectrum;
 use crate::diagnose::initialisation::search_options::{FIRST_FIT_SHARE, Nuisances, SearchOptions};
+use crate::diagnose::initialisation::shape_grid::shape_grid;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::observations::Observations;
 use crate::diagnose::model::periodic::{Line, argument, periodic};
@@ -185,29 +186,6 @@ fn with_place_map(problem: &Problem, h: &Hypothesis, origin: &Point) -> Option<P
         follow_profile(&h.per_run[run], &profile, own);
     }
     any.then_some(point)
-}
-
-/// Points of the shape parameters to start from: the typical one, and others spread over the plausible range.
-pub(crate) fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> Vec<Vec<f64>> {
-    let parameters = &problem.catalogue[effect].parameters;
-    let typical: Vec<f64> = shapes.iter().map(|&i| parameters[i].typical).collect();
-    let mut grid = vec![typical.clone()];
-    let factors: &[f64] = match shapes.len() {
-        0 => &[],
-        1 => &[0.2, 5.0],
-        _ => &[0.3, 3.0],
-    };
-    for (axis, &i) in shapes.iter().enumerate() {
-        for factor in factors {
-            let value = typical[axis] * factor;
-            if value >= parameters[i].min && value <= parameters[i].max {
-                let mut point = typical.clone();
-                point[axis] = value;
-                grid.push(point);
-            }
-        }
-    }
-    grid
 }
 
 /// Natural frequencies that are tried, over the typical one.

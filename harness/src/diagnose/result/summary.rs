@@ -293,8 +293,8 @@ pub(crate) fn unmet_words(problem: &Problem, fit: &SegmentErrors) -> String {
         return String::new();
     }
     let of_run = |unmet: &UnmetRun| {
-        let run = &problem.campaign.runs[unmet.run].name;
-        format!("{run} ({:.1} times the noise)", unmet.over_noise)
+        let what = unmet.words(problem);
+        format!("{what} ({:.1} times the noise)", unmet.over_noise)
     };
     let runs: Vec<String> = fit.unmet_runs.iter().map(of_run).collect();
     match runs.is_empty() {

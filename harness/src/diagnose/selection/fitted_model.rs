@@ -7,7 +7,9 @@ use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::thresholds::{CLAIMED, FLOOR_MEDIAN, FLOOR_QUARTILE, MOST_SPECTRAL_RATIO};
+use crate::diagnose::thresholds::{
+    CLAIMED, FLOOR_MEDIAN, FLOOR_QUARTILE, LOST, MOST_SPECTRAL_RATIO,
+};
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
@@ -148,6 +150,16 @@ impl FittedModel {
     /// them; what is missing in a few segments a score test on the others can't see.
     pub fn leaves_segments(&self) -> bool {
         self.lost > CLAIMED.ln()
+    }
+
+    /// Whether it is lost in a segment. The model that made the data is in hardly any.
+    pub fn loses_segments(&self) -> bool {
+        self.fit.quantile(1.0) > LOST
+    }
+
+    /// Whether it meets most of the segments compared and loses more of a run than by chance.
+    pub(crate) fn leaves_runs(&self) -> bool {
+        is_small(&self.fit) && !self.fit.unmet_runs.is_empty()
     }
 
     /// Whether it explains the data and leaves no segment.

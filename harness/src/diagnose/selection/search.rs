@@ -59,20 +59,20 @@ pub(crate) fn explore<'a>(
     screen: &'a Screen<'a>,
     watch: &'a dyn Watch,
 ) -> Result<Exploration<'a>, Error> {
-    let base = screen.calibrate(1.0)?;
+    let mut base = screen.calibrate(1.0)?;
+    if base.leaves_runs() {
+        full_refit::stands(problem, &mut base)?;
+    }
     watch.stage(stages::SINGLES);
     let list = all_variants(problem);
     let mut jobs: Vec<Vec<Choice>> = list.iter().map(|c| vec![c.clone()]).collect();
-    if base.reaches_floor() {
+    let is_explained = base.reaches_floor() && !base.loses_segments();
+    if is_explained {
         // What could still be missing is weak: the score test below speaks of the rest.
         jobs.retain(|choices| !is_testable(problem, choices[0].effect));
     }
     // Beside a model that explains the data an effect can only be weak.
-    let search = if base.reaches_floor() {
-        BRIEF
-    } else {
-        THOROUGH
-    };
+    let search = if is_explained { BRIEF } else { THOROUGH };
     let race = Race::new(screen, &jobs, &base, search, watch)?;
     let singles = race.run(watch)?;
     let mut found = Exploration {
@@ -90,7 +90,13 @@ pub(crate) fn explore<'a>(
         has_tried_unknown: false,
         tested: Vec::new(),
     };
-    if !found.is_settled()? {
+    let mut is_settled = found.is_settled()?;
+    if !is_settled && found.acts_at_times() && !problem.place_is_told() {
+        watch.stage(stages::LIBRARY);
+        found.add_library_effects()?;
+        is_settled = found.is_settled()?;
+    }
+    if !is_settled {
         found.search_sets()?;
     } else if !problem.place_is_told() {
         watch.stage(stages::LIBRARY);
@@ -142,6 +148,7 @@ impl Exploration<'_> {
     /// Whether the search among single hypotheses may end. Values of its own along each run imitate much: that alone does not
     /// end it, nor does what falls when it is fitted to all segments.
     fn is_settled(&mut self) -> Result<bool, Error> {
+        self.refute_what_is_lost();
         let is_adequate = self.calibrated.reaches_floor();
         let least = match is_adequate {
             true => log_posterior(self.problem, &self.calibrated),
@@ -161,6 +168,24 @@ impl Exploration<'_> {
             }
         }
         Ok(is_adequate)
+    }
+
+    /// Whether what the calibrated model lacks acts at times: it meets most segments and was refuted for the runs that it leaves. Its
+    /// constants are good then, and each effect is looked for from there.
+    fn acts_at_times(&self) -> bool {
+        self.alone.is_refuted && self.alone.leaves_runs()
+    }
+
+    /// Refutes what leaves runs, on the segments compared, where what is missing acts at times: that most are met tells nothing then.
+    fn refute_what_is_lost(&mut self) {
+        if !self.acts_at_times() {
+            return;
+        }
+        let more = self.singles.iter_mut().chain(&mut self.pairs);
+        let all = std::iter::once(&mut self.calibrated).chain(more);
+        for model in all.filter(|m| m.full_refit.is_none() && m.leaves_runs()) {
+            model.is_refuted = true;
+        }
     }
 
     /// Values along the belt of adequate pairs, as rough as the data tell. What was fitted to all segments has the roughness of the leader

@@ -14,7 +14,7 @@ use crate::diagnose::estimation::run_parameters;
 use crate::diagnose::model::hypothesis::Hypothesis;
 use crate::diagnose::model::point::Point;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::thresholds::{FEWEST_OF_RUN, LOST};
+use crate::diagnose::thresholds::{LOST, LOST_BY_CHANCE, UNLIKELY};
 use crate::error::Error;
 use crate::metric::median;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ pub struct SegmentErrors {
     pub by_run: Vec<f64>,
     /// Mean square error of each segment over the noise's, by all sensors, sorted.
     pub ratio: Vec<f64>,
-    /// Runs of which most segments are lost.
+    /// Runs of which more segments are lost than by chance.
     pub unmet_runs: Vec<UnmetRun>,
     /// Objective without the worst fifth of the segments.
     pub trimmed: f64,
@@ -49,7 +49,11 @@ pub struct SegmentErrors {
 pub struct UnmetRun {
     /// Its number.
     pub run: usize,
-    /// Median error of its segments, in units of the noise.
+    /// How many of its segments are lost.
+    pub lost: usize,
+    /// How many were judged.
+    pub judged: usize,
+    /// Median error of those lost, in units of the noise.
     pub over_noise: f64,
 }
 
@@ -69,7 +73,7 @@ impl SegmentErrors {
         runs.max_by(|a, b| a.over_noise.total_cmp(&b.over_noise))
     }
 
-    /// The upper quartile of the errors, or the median of the run that is met worst where that is more, in units of the noise.
+    /// The upper quartile of the errors, or that of the lost segments of the run that is met worst where it is more, in units of the noise.
     pub fn worst_over_noise(&self) -> f64 {
         let worst = self.worst_run();
         worst.map_or(self.quantile(0.75), |unmet| unmet.over_noise)
@@ -78,10 +82,18 @@ impl SegmentErrors {
     /// The same in words.
     pub fn over_noise_words(&self, problem: &Problem) -> String {
         let place = match self.worst_run() {
-            Some(unmet) => format!("most segments of {}", problem.campaign.runs[unmet.run].name),
+            Some(unmet) => unmet.words(problem),
             None => "a quarter of the segments".to_owned(),
         };
         format!("{:.1} times the noise in {place}", self.worst_over_noise())
+    }
+}
+
+impl UnmetRun {
+    /// What is lost, as in `5 of 12 segments of run02`.
+    pub fn words(&self, problem: &Problem) -> String {
+        let run = &problem.campaign.runs[self.run].name;
+        format!("{} of {} segments of {run}", self.lost, self.judged)
     }
 }
 
@@ -117,7 +129,7 @@ pub fn of_fit(problem: &Problem, segments: &[usize], fit: &Fit) -> SegmentErrors
     }
 }
 
-/// Runs of which most segments, which stand at `segments` in the problem's list, are lost.
+/// Runs of which more segments are lost than by chance; `segments` says where those fitted stand in the problem's list.
 pub(crate) fn unmet_runs(problem: &Problem, segments: &[usize], fit: &Fit) -> Vec<UnmetRun> {
     debug_assert_eq!(segments.len(), fit.mean_square.len(), "fitted to others");
     let errors = segments.iter().zip(&fit.mean_square);
@@ -127,25 +139,37 @@ pub(crate) fn unmet_runs(problem: &Problem, segments: &[usize], fit: &Fit) -> Ve
     }))
 }
 
-/// Runs of which most segments are lost, from each segment's run and error over the noise.
+/// Runs of which more segments are lost than by chance, from each segment's run and error over the noise.
 fn unmet(errors: impl Iterator<Item = (usize, f64)>) -> Vec<UnmetRun> {
     let mut of_runs: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (run, over_noise) in errors {
         of_runs.entry(run).or_default().push(over_noise);
     }
-    let of_runs = of_runs.into_iter();
-    let of_runs = of_runs.filter(|(_, over_noise)| is_unmet(over_noise));
-    let unmet = of_runs.map(|(run, mut over_noise)| UnmetRun {
-        run,
-        over_noise: median(&mut over_noise),
+    let judged = of_runs.into_iter().map(|(run, over_noise)| {
+        let mut lost: Vec<f64> = over_noise.iter().copied().filter(|e| *e > LOST).collect();
+        UnmetRun {
+            run,
+            lost: lost.len(),
+            judged: over_noise.len(),
+            over_noise: median(&mut lost),
+        }
     });
-    unmet.collect()
+    judged
+        .filter(|r| lost_by_chance(r.lost, r.judged) < UNLIKELY)
+        .collect()
 }
 
-/// Whether most of a run's segments, with these errors over the noise, are lost.
-fn is_unmet(over_noise: &[f64]) -> bool {
-    let lost = over_noise.iter().filter(|error| **error > LOST).count();
-    over_noise.len() >= FEWEST_OF_RUN && 2 * lost > over_noise.len()
+/// Probability that of so many segments at least so many are lost by chance, each with [`LOST_BY_CHANCE`]: the upper tail of the binomial
+/// distribution.
+fn lost_by_chance(lost: usize, judged: usize) -> f64 {
+    let p = LOST_BY_CHANCE;
+    let mut exactly = (1.0 - p).powi(judged as i32);
+    let mut fewer = 0.0;
+    for k in 0..lost {
+        fewer += exactly;
+        exactly *= (judged - k) as f64 / (k + 1) as f64 * p / (1.0 - p);
+    }
+    1.0 - fewer
 }
 
 /// Root of the median mean square error of each further sensor, over its noise.
@@ -345,19 +369,44 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_is_unmet_where_more_than_half_of_at_least_three_segments_are_lost() {
-        let with = |met: usize, lost: usize| [vec![1.1; met], vec![40.0; lost]].concat();
+    fn a_run_is_unmet_of_which_more_segments_are_lost_than_by_chance() {
+        let is_unmet = |met: usize, lost: usize| {
+            let errors = [vec![1.1; met], vec![40.0; lost]].concat();
+            !unmet(errors.into_iter().map(|e| (0, e))).is_empty()
+        };
         for (met, lost, is) in [
             (3, 0, false),
-            (2, 2, false),
-            (2, 3, true),
-            (0, 2, false),
-            (0, 3, true),
-            (20, 19, false),
+            (0, 1, false),
+            (1, 2, true),
+            (5, 1, false),
+            (4, 2, false),
+            (10, 2, false),
+            (9, 3, true),
+            (78, 4, false),
+            (76, 6, true),
         ] {
-            assert_eq!(is_unmet(&with(met, lost)), is, "{met} met, {lost} lost");
+            assert_eq!(is_unmet(met, lost), is, "{met} met, {lost} lost");
         }
-        // Of a run that was not fitted nothing is said; the second of the others is lost.
+        // Off, but not lost: of that the quartile of all segments tells.
+        assert!(unmet([(0, 2.0); 9].into_iter()).is_empty());
+    }
+
+    // Source: the binomial distribution for 12 segments, by its terms.
+    #[test]
+    fn val_segments_lost_by_chance_are_binomial() {
+        let p = LOST_BY_CHANCE;
+        let none = (1.0 - p).powi(12);
+        let one = 12.0 * p * (1.0 - p).powi(11);
+        let two = 66.0 * p * p * (1.0 - p).powi(10);
+        for (lost, expected) in [(0, 1.0), (1, 1.0 - none), (3, 1.0 - none - one - two)] {
+            let found = lost_by_chance(lost, 12);
+            assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
+        }
+        assert!((lost_by_chance(12, 12) - p.powi(12)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_is_lost_of_a_run_is_told() {
         let errors = [
             (0, 1.0),
             (2, 40.0),
@@ -369,10 +418,10 @@ mod tests {
         ];
         let found = UnmetRun {
             run: 2,
-            over_noise: 30.0,
+            lost: 2,
+            judged: 3,
+            over_noise: 40.0,
         };
         assert_eq!(unmet(errors.into_iter()), [found]);
-        // Off, but not lost: of that the quartile of all segments tells.
-        assert!(!is_unmet(&[2.0; 9]));
     }
 }

@@ -21,9 +21,11 @@ pub(super) const FINISHED: usize = 6;
 impl Exploration<'_> {
     /// Compares what is adequate, and what may hide behind it.
     pub(super) fn compare_adequate(&mut self) -> Result<(), Error> {
+        self.refute_what_is_lost();
         if self.is_adequate() {
             self.watch.stage(stages::CLOSE);
             self.finish_close()?;
+            self.refute_what_is_lost();
             self.watch.stage(stages::EXTENSIONS);
             self.extend_leader()?;
         }

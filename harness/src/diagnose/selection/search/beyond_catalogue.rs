@@ -105,11 +105,11 @@ impl Exploration<'_> {
     }
 
     /// Whether an effect of the library may explain the data as well as the best single effect does, which is adequate and fitted to its
-    /// end: it leaves segments unmet, or a score test at the calibrated model promises no less of another. Not where nothing is named but
-    /// the calibrated model, beside which they are tested anyway.
+    /// end: it leaves segments unmet, or a score test at the calibrated model promises no less of another. Where nothing is named but the
+    /// calibrated model, beside which they are tested anyway, only if that loses segments, of which no score test can tell.
     pub(super) fn library_may_explain(&self) -> Result<bool, Error> {
         let Some(best) = self.named() else {
-            return Ok(false);
+            return Ok(self.calibrated.loses_segments());
         };
         if best.leaves_segments() {
             return Ok(true);

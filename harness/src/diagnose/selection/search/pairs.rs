@@ -61,6 +61,7 @@ impl Exploration<'_> {
 
     /// Whether a pair explains the data: one is adequate, and stays so on all segments.
     pub(super) fn pair_explains(&mut self) -> Result<bool, Error> {
+        self.refute_what_is_lost();
         while !self.watch.stop() {
             self.screen.sort(&mut self.pairs);
             match self.pairs.first_mut() {
