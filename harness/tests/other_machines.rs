@@ -181,23 +181,25 @@ fn val_what_is_touched_at_resonance_alone_is_missing() {
         );
     }
     std::fs::write(folder.path().join("campaign.toml"), toml).unwrap();
-    let tried = |effect: &str| -> Value {
+    let said = |arguments: &[&str]| -> Value {
         let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
-            .args(["try", ".", "--add", effect, "-o", effect])
+            .args(arguments)
+            .args(["-o", "out"])
             .current_dir(folder.path())
             .output()
             .unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{message}");
-        read(&folder.path().join(effect).join("diagnosis.json"))
+        read(&folder.path().join("out/diagnosis.json"))
     };
-    let found = tried("term_stop");
-    assert_eq!(found["verdict"], "effect_found", "{}", found["summary"]);
-    let stop = &found["effects"][0]["parameters"];
+    let found = said(&["diagnose", "."]);
+    assert_eq!(found["verdict"], "unknown_effect", "{}", found["summary"]);
+    assert_eq!(found["unknown"]["library_effect"], "term_stop");
+    let stop = &found["residual"]["proposed_terms"][0]["parameters"];
     check_value(&stop["g"], 4e-3);
     check_value(&stop["k"], 3.0 * (TAU * 9.0).powi(2) * 1.2);
     // The stop is touched in a quarter of the segments. Those that are met are no reason to name what does not touch it.
-    let other = tried("cubic_stiffness");
+    let other = said(&["try", ".", "--add", "cubic_stiffness"]);
     assert_eq!(other["verdict"], "unknown_effect", "{}", other["summary"]);
     let summary = other["summary"].as_str().unwrap();
     assert!(summary.contains(" of 12 segments of "), "{summary}");

@@ -5,6 +5,7 @@
 //! its modes do. A value that can't be meant is an error, named with the mistake that would explain
 //! it; deviations that rigs have are none ([`thresholds`]).
 
+mod clamp;
 mod examined;
 mod finding;
 mod high_pass;
@@ -165,6 +166,7 @@ pub fn check(campaign: &Campaign) -> Quality {
         findings.extend(finding);
         findings.extend(signal::signal(run, &campaign.beam, timed));
     }
+    findings.extend(clamp::clamp(campaign));
     findings.extend(swapped.into_iter().map(|(_, finding)| finding));
     if !scaled {
         findings.extend(modes);

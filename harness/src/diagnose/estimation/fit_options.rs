@@ -35,8 +35,8 @@ pub struct FitOptions {
     /// How many times more than the residuals' count suggests the reference model's own parameters are held to what is
     /// believed of them: more than 1 while a model may still be far off, whose residuals are no noise.
     pub belief: f64,
-    /// Whether segments that fit badly have a bounded say, as in a search, where a model may still be far off; else the objective is that
-    /// of the evidence.
+    /// Whether segments that fit badly count by the logarithm of their squares, as in a search, where a model may still be far off; else the
+    /// objective is that of the evidence.
     pub robust: bool,
     /// Whether, in a search, those that fit worst have none.
     pub trims: bool,

@@ -337,16 +337,19 @@ fn best_of_looks(
     let without = match search.trims {
         true => base.fit.trimmed,
         false => {
-            let off = switched_off(problem, hypothesis, base, segments);
-            let as_judged = search.following(0);
-            let mut fitter = Fitter::new(&mut predictor, hypothesis, &data, as_judged);
-            fitter.run(off).trimmed
+            let (h, as_judged) = (&base.hypothesis, search.following(0));
+            let mut predictor = problem.predictor(h)?;
+            let mut fitter = Fitter::new(&mut predictor, h, &data, as_judged);
+            fitter.run(base.fit.point.clone()).trimmed
         }
     };
     if !first_fits.has_arrived() {
         let open = found.iter().filter(|first_fit| !is_hopeless(first_fit));
         for first_fit in open.take(search.followed) {
             first_fits.follow(&mut predictor, first_fit.point.clone(), without);
+            if !search.trims && first_fits.has_arrived() {
+                break;
+            }
         }
     }
     let mut best = first_fits.best;

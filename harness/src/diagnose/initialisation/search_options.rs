@@ -100,12 +100,12 @@ pub const HIDDEN: SearchOptions = SearchOptions {
     ..BRIEF
 };
 impl SearchOptions {
-    /// The same beside a model that most segments meet while a few are lost: these show what is missing, and all have a say. Far from the
+    /// The same beside a model that meets most segments while a few are lost: these show what is missing, and all have a say. Far from the
     /// noise those that fit worst are the ones that a fit has lost.
     pub(crate) fn beside(self, base: &Fit, data: &Observations) -> Self {
-        let is_met = base.error_quantile(data, 0.75) <= FLOOR_QUARTILE;
+        let [quartile, largest] = [0.75, 1.0].map(|share| base.error_quantile(data, share));
         Self {
-            trims: self.trims && !(is_met && base.error_quantile(data, 1.0) > LOST),
+            trims: self.trims && !is_lost_in_some(quartile, largest),
             ..self
         }
     }
@@ -133,5 +133,23 @@ impl SearchOptions {
             trims: self.trims,
             ..FitOptions::search(iterations)
         }
+    }
+}
+
+/// Whether the upper quartile of the errors and the largest, in units of the noise, are those of a model that meets most segments and is lost
+/// in some.
+fn is_lost_in_some(quartile: f64, largest: f64) -> bool {
+    quartile <= FLOOR_QUARTILE && largest > LOST
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_is_lost_in_some_segments_where_most_are_met() {
+        assert!(is_lost_in_some(1.1, 40.0));
+        assert!(!is_lost_in_some(1.1, 2.0));
+        assert!(!is_lost_in_some(10.0, 40.0));
     }
 }

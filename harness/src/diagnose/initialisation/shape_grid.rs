@@ -11,19 +11,16 @@ const OF_EACH: [f64; 2] = [0.3, 3.0];
 /// Ratio from one threshold that is tried to the next. A fit comes down to a gap from half as much again, and not up to it: where the
 /// spring acts too early, segments are lost that were met (a gap of 4 mm is found from 5 mm, from 3 and 6.6 mm it is not).
 const THRESHOLD_RATIO: f64 = std::f64::consts::SQRT_2;
-/// How many are tried: down to an eighth of what the tip reaches.
+/// The first of them, as a share of what the tip reaches: what begins farther is hardly touched.
+const FIRST_THRESHOLD: f64 = 0.95;
+/// How many are tried: down to a sixth of what the tip reaches.
 const THRESHOLDS: i32 = 6;
 
 /// Points of the shape parameters `shapes` of an effect to start from: the typical one, and others spread over the plausible range. A
-/// deflection beyond which something else holds, alone of its kind, is tried where the tip comes by.
+/// deflection beyond which something else holds, alone of its kind, is tried where the tip comes by, too.
 pub(crate) fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> Vec<Vec<f64>> {
     let card = &problem.catalogue[effect];
     let parameters = &card.parameters;
-    if let [only] = shapes
-        && is_threshold(&card.id, &parameters[*only])
-    {
-        return thresholds(reach(problem), &parameters[*only]);
-    }
     let typical: Vec<f64> = shapes.iter().map(|&i| parameters[i].typical).collect();
     let mut grid = vec![typical.clone()];
     let factors: &[f64] = match shapes.len() {
@@ -41,10 +38,17 @@ pub(crate) fn shape_grid(problem: &Problem, effect: usize, shapes: &[usize]) -> 
             }
         }
     }
+    if let [only] = shapes
+        && card.states.is_empty()
+        && is_threshold(&card.id, &parameters[*only])
+    {
+        grid.extend(thresholds(reach(problem), &parameters[*only]));
+    }
     grid
 }
 
-/// Whether a shape constant is a length that the formula of a library's effect compares with the deflection.
+/// Whether a shape constant is a length that the formula of a library's effect compares with the deflection; that of an effect with states
+/// may count from where the motion turned.
 fn is_threshold(id: &str, shape: &EffectParameter) -> bool {
     shape.unit == "m" && File::of_library(id).is_some_and(|file| file.argument == "w")
 }
@@ -57,17 +61,11 @@ fn reach(problem: &Problem) -> f64 {
         .fold(0.0, |a, w| a.max(w.abs()))
 }
 
-/// Thresholds in m below what is reached, within the bounds; the typical one where none is.
+/// Thresholds in m below what is reached, within the bounds.
 fn thresholds(reach: f64, shape: &EffectParameter) -> Vec<Vec<f64>> {
-    let all = (1..=THRESHOLDS).map(|i| reach / THRESHOLD_RATIO.powi(i));
-    let found: Vec<Vec<f64>> = all
-        .filter(|g| (shape.min..=shape.max).contains(g))
-        .map(|g| vec![g])
-        .collect();
-    match found.is_empty() {
-        true => vec![vec![shape.typical]],
-        false => found,
-    }
+    let all = (0..THRESHOLDS).map(|i| FIRST_THRESHOLD * reach / THRESHOLD_RATIO.powi(i));
+    let within = all.filter(|g| (shape.min..=shape.max).contains(g));
+    within.map(|g| vec![g]).collect()
 }
 
 #[cfg(test)]
@@ -91,18 +89,19 @@ mod tests {
 
     #[test]
     fn thresholds_are_tried_where_the_tip_comes_by() {
-        let found = thresholds(8e-3, &gap());
-        assert_eq!(found.len(), 5, "{found:?}");
-        assert!((found[0][0] - 4e-3).abs() < 1e-15, "{found:?}");
-        assert!((found[4][0] - 1e-3).abs() < 1e-15, "{found:?}");
-        // Nothing is known of a motion that stays below the least.
-        assert_eq!(thresholds(1e-4, &gap()), [[5e-4]]);
+        let found = thresholds(2e-3, &gap());
+        assert_eq!(found.len(), 6, "{found:?}");
+        assert!((found[0][0] - 1.9e-3).abs() < 1e-15, "{found:?}");
+        assert!((found[2][0] - 0.95e-3).abs() < 1e-15, "{found:?}");
+        // Within the bounds of 0.1 and 5 mm alone.
+        assert_eq!(thresholds(8e-3, &gap()).len(), 4);
+        assert!(thresholds(1e-4, &gap()).is_empty());
     }
 
     #[test]
     fn what_the_formula_compares_with_the_deflection_is_a_threshold() {
         assert!(is_threshold("term_stop", &gap()));
-        assert!(is_threshold("term_structural_hysteresis", &gap()));
+        assert!(is_threshold("term_clamp_clearance", &gap()));
         assert!(!is_threshold("term_slip_distance_lag", &gap()));
         let mut time = gap();
         time.unit = "s".into();

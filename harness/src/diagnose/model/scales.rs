@@ -82,12 +82,7 @@ impl Scales {
         for (run, smoothed) in runs {
             lengths.push(standard_deviation(&smoothed.displacement));
             velocities.push(standard_deviation(&smoothed.velocity));
-            let spread = |e: &Excitation| {
-                let values = e.series.as_ref().map(|s| standard_deviation(&s.values));
-                values.unwrap_or(0.0)
-            };
-            let shaken = spread(&run.inputs.clamp_acceleration) / inverse_mass;
-            pushes.push(spread(&run.inputs.external_force).max(shaken));
+            pushes.push(push(run, inverse_mass));
         }
         let velocity = median(&mut velocities);
         let sprung = structure.modes().iter().filter(|m| !m.is_free());
@@ -125,6 +120,16 @@ impl Scales {
             self.force.powf(kg) * self.length.powf(kg + m + s) * self.velocity.powf(-2.0 * kg - s)
         })
     }
+}
+
+/// Spread of the force in N that drives a run: the external one, or that which the shaken clamp has the mass feel, if it is larger.
+fn push(run: &Run, inverse_mass: f64) -> f64 {
+    let spread = |e: &Excitation| {
+        let values = e.series.as_ref().map(|s| standard_deviation(&s.values));
+        values.unwrap_or(0.0)
+    };
+    let shaken = spread(&run.inputs.clamp_acceleration) / inverse_mass;
+    spread(&run.inputs.external_force).max(shaken)
 }
 
 /// Exponents of kg, m and s of a unit in the notation of the FMI standard: factors with integer exponents, each after `.` or `/`, and a
@@ -193,6 +198,8 @@ fn of_factor(factor: &str) -> Option<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measurement::InputSignals;
+    use crate::smoothing::pushed_run::pushed;
 
     #[test]
     fn machines_of_about_one_size_are_alike_and_others_are_not_rounded() {
@@ -218,6 +225,19 @@ mod tests {
             force: 1.0,
         };
         assert_eq!(drive.over(beam), expected);
+    }
+
+    #[test]
+    fn what_drives_a_run_is_a_force_or_a_clamp_that_shakes() {
+        // Ten periods: the spread of a sine is its amplitude over the square root of 2.
+        let mut run = pushed(|t| 2.0 * (std::f64::consts::TAU * 10.0 * t).sin(), None);
+        let of_mass = |run: &Run, mass: f64| push(run, 1.0 / mass) * 2.0_f64.sqrt();
+        assert!((of_mass(&run, 3.0) - 2.0).abs() < 0.01);
+        run.inputs.clamp_acceleration = run.inputs.external_force.clone();
+        assert!((of_mass(&run, 3.0) - 6.0).abs() < 0.03);
+        assert!((of_mass(&run, 0.5) - 2.0).abs() < 0.01);
+        run.inputs = InputSignals::default();
+        assert_eq!(push(&run, 1.0), 0.0);
     }
 
     #[test]

@@ -104,7 +104,7 @@ pub fn contradiction(
             false => name(problem, &named.choices),
         },
         runs,
-        over_noise: judged.worst_over_noise(),
+        error: judged.over_noise_words(problem),
     }))
 }
 

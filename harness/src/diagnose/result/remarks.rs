@@ -46,11 +46,11 @@ pub(crate) fn remarks(
     if let Some(Contradiction {
         answer,
         runs,
-        over_noise,
+        error,
     }) = &selection.contradicted
     {
         out.push(format!(
-            "{} were kept out at first and contradicted what the others gave ({answer}): an error of {over_noise:.1} times the noise there. They are fitted here, and other runs kept out.",
+            "{} were kept out at first and contradicted what the others gave ({answer}): an error of {error} there. They are fitted here, and other runs kept out.",
             runs.join(", ")
         ));
     }
@@ -146,4 +146,24 @@ fn small_remainder(selection: &Selection) -> Option<&FittedModel> {
             && pair.reaches_floor()
             && named.choices.iter().all(|c| pair.choices.contains(c))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::smoothing::pushed_run::pushed;
+
+    #[test]
+    fn one_operating_point_is_told_where_something_rubs() {
+        let run = |belt_velocity: f64, normal_force: f64| {
+            let mut run = pushed(|_| 0.0, None);
+            (run.belt_velocity, run.normal_force) = (belt_velocity, normal_force);
+            run
+        };
+        let said = |runs: &[Run]| one_operating_point(runs).unwrap_or_default();
+        assert!(said(&[run(0.1, 30.0), run(0.1, 30.0)]).contains("speed or load"));
+        assert!(said(&[run(0.0, 30.0), run(0.0, 30.0)]).contains("a second load"));
+        assert_eq!(said(&[run(0.1, 30.0), run(0.2, 30.0)]), "");
+        assert_eq!(said(&[run(0.1, 0.0), run(0.1, 0.0)]), "");
+    }
 }

@@ -25,8 +25,7 @@ pub(crate) fn is_small(fit: &SegmentErrors) -> bool {
     fit.quantile(0.5) <= FLOOR_MEDIAN && fit.quantile(0.75) <= FLOOR_QUARTILE
 }
 
-/// Whether errors are down to the noise, on most segments of each run too. Where a fit looks at a part of the segments, too few are of
-/// one run to tell.
+/// Whether errors are down to the noise, and no more segments lost than by chance.
 pub(crate) fn is_met(fit: &SegmentErrors) -> bool {
     is_small(fit) && fit.unmet_runs.is_empty()
 }
@@ -80,7 +79,7 @@ pub struct FittedModel {
     pub full_refit: Option<FittedHypothesis>,
     /// How many runs that fit does not meet.
     pub unmet_runs: usize,
-    /// Whether that fit showed it to be wrong.
+    /// Whether that fit showed it to be wrong, or that of a model which loses no more segments.
     pub is_refuted: bool,
     /// Whether the search passed it over after first looks at it ([`super::race`]): it stands where the best of these brought it.
     pub is_passed_over: bool,
@@ -152,7 +151,7 @@ impl FittedModel {
         self.lost > CLAIMED.ln()
     }
 
-    /// Whether it is lost in a segment. The model that made the data is in hardly any.
+    /// Whether it is lost in a segment compared. The model that made the data is in hardly any.
     pub fn loses_segments(&self) -> bool {
         self.fit.quantile(1.0) > LOST
     }
@@ -183,9 +182,14 @@ impl FittedModel {
         if self.reaches_floor() {
             return (false, self.score());
         }
+        // Of what meets most segments those that are lost tell the difference.
+        let objective = match self.leaves_runs() {
+            true => self.fitted.fit.misfit,
+            false => self.fit.trimmed,
+        };
         (
             true,
-            self.fit.trimmed + 0.5 * self.size() as f64 * self.samples.ln(),
+            objective + 0.5 * self.size() as f64 * self.samples.ln(),
         )
     }
 

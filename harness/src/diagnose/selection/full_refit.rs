@@ -95,10 +95,14 @@ pub(crate) fn with_lost_runs(
         return Ok(fitted);
     }
     let lost = LostRuns::of(problem, &fitted, segments);
-    if !lost.may_be_found() {
+    let start = match lost.may_be_found() {
+        true => Some(lost.start(problem, &fitted, segments)?),
+        // Single segments are brought back by the end of the one before.
+        false => multistart::better_starts(problem, segments, &fitted, &[], last_options(), true)?,
+    };
+    let Some(start) = start else {
         return Ok(fitted);
-    }
-    let start = lost.start(problem, &fitted, segments)?;
+    };
     let h = fitted.hypothesis.clone();
     let near = multistart::continued(problem, h, segments, start, leading_in())?;
     let (h, start) = (near.hypothesis, near.fit.point);
@@ -120,7 +124,7 @@ pub(crate) fn is_better(
 }
 
 /// Whether a model that is down to the noise on the segments compared also stands when it is fitted to all: it must neither bend
-/// the structure, nor leave what is not white, nor most of a run. One that does not is marked, so that it no longer counts as down to the
+/// the structure, nor leave what is not white, nor lose more segments than by chance. One that does not is marked, so that it no longer counts as down to the
 /// noise.
 ///
 /// # Errors

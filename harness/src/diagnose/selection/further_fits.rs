@@ -112,7 +112,12 @@ impl Screen<'_> {
         })?;
         let mut best = base;
         for retry in retried {
-            if retry.is_before(&best) {
+            // One that was refuted stands behind whatever was not, however it fits.
+            let is_better = match best.is_refuted {
+                true => retry.fitted.fit.misfit < best.fitted.fit.misfit,
+                false => retry.is_before(&best),
+            };
+            if is_better {
                 best = retry;
             }
         }
@@ -167,6 +172,10 @@ impl Screen<'_> {
     }
 
     fn further_by(&self, old: &FittedModel, options: FitOptions) -> Result<FittedModel, Error> {
+        let options = FitOptions {
+            trims: options.trims && !old.leaves_runs(),
+            ..options
+        };
         let start = old.fitted.fit.point.clone();
         let mut further = self.continued(&old.choices, start, options)?;
         if gives_up(&further) {

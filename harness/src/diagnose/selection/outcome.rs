@@ -32,8 +32,8 @@ pub struct Contradiction {
     pub answer: String,
     /// The runs.
     pub runs: Vec<String>,
-    /// Its error there over the noise: that of three segments in four, or of the run that is met worst.
-    pub over_noise: f64,
+    /// Its error there, in words: that of a quarter of the segments, or of those that are lost of the run that is met worst.
+    pub error: String,
 }
 
 /// All that a selection found.

@@ -92,7 +92,10 @@ impl<'a> Race<'a> {
     /// An FMU that can't be run.
     pub fn run(&self, watch: &dyn Watch) -> Result<Vec<FittedModel>, Error> {
         let mut found = Vec::new();
-        let is_open = |found: &[FittedModel]| !found.iter().any(FittedModel::is_answer);
+        // Beside a base that meets most segments, most are met by whatever is added.
+        let may_lose = !self.base.leaves_runs();
+        let ends = |m: &FittedModel| m.is_answer() && (may_lose || !m.loses_segments());
+        let is_open = |found: &[FittedModel]| !found.iter().any(ends);
         let most = self.entrants.len().min(FOLLOWED);
         // Those about to arrive at their first look need no rivals that are not.
         let arrived = |(_, looks): &&Entrant| looks.followed.is_some();

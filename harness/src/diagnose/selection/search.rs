@@ -1,6 +1,6 @@
 //! The search over the lattice of hypotheses: none, one or two effects or terms, the best fit of each kept.
 //!
-//! Single hypotheses race. Beside an adequate one (down to the noise) a score test tells which second effects can change the verdict.
+//! Single hypotheses race. Where the calibrated model meets most segments and falls for those that it loses, the library does so next. Beside an adequate one (down to the noise) a score test tells which second effects can change the verdict.
 //! Where none is an answer, single effects, those of the library and pairs are searched for together on short windows, and pairs on
 //! beginnings of the segments where that brings none.
 
@@ -61,6 +61,7 @@ pub(crate) fn explore<'a>(
 ) -> Result<Exploration<'a>, Error> {
     let mut base = screen.calibrate(1.0)?;
     if base.leaves_runs() {
+        // A few of those compared may be lost by chance; all segments tell.
         full_refit::stands(problem, &mut base)?;
     }
     watch.stage(stages::SINGLES);
@@ -173,17 +174,19 @@ impl Exploration<'_> {
     /// Whether what the calibrated model lacks acts at times: it meets most segments and was refuted for the runs that it leaves. Its
     /// constants are good then, and each effect is looked for from there.
     fn acts_at_times(&self) -> bool {
-        self.alone.is_refuted && self.alone.leaves_runs()
+        self.alone.unmet_runs > 0 && self.alone.leaves_runs()
     }
 
-    /// Refutes what leaves runs, on the segments compared, where what is missing acts at times: that most are met tells nothing then.
+    /// Refutes what loses as many of the segments compared as the calibrated model, where what is missing acts at times: that most are met
+    /// tells nothing then.
     fn refute_what_is_lost(&mut self) {
         if !self.acts_at_times() {
             return;
         }
         let more = self.singles.iter_mut().chain(&mut self.pairs);
         let all = std::iter::once(&mut self.calibrated).chain(more);
-        for model in all.filter(|m| m.full_refit.is_none() && m.leaves_runs()) {
+        let lost = self.alone.fit.lost();
+        for model in all.filter(|m| m.full_refit.is_none() && m.fit.lost() >= lost) {
             model.is_refuted = true;
         }
     }

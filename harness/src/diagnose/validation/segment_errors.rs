@@ -28,9 +28,9 @@ pub struct SegmentErrors {
     pub by_run: Vec<f64>,
     /// Mean square error of each segment over the noise's, by all sensors, sorted.
     pub ratio: Vec<f64>,
-    /// Runs of which more segments are lost than by chance.
+    /// Runs of which more segments are lost than by chance; where that holds of all together, those that lose any.
     pub unmet_runs: Vec<UnmetRun>,
-    /// Objective without the worst fifth of the segments.
+    /// Objective as the fit was done, in a search mostly without the worst fifth of the segments.
     pub trimmed: f64,
     /// Indices of the segments judged.
     pub segments: Vec<usize>,
@@ -66,7 +66,13 @@ impl SegmentErrors {
         }
     }
 
-    /// The run that is met worst, where its median error is beyond the upper quartile of all.
+    /// How many segments are lost.
+    pub(crate) fn lost(&self) -> usize {
+        let lost = |ratio: &&f64| **ratio > LOST * LOST;
+        self.ratio.iter().filter(lost).count()
+    }
+
+    /// The run that is met worst, where the errors of its lost segments are beyond the upper quartile of all.
     fn worst_run(&self) -> Option<&UnmetRun> {
         let beyond = |unmet: &&UnmetRun| unmet.over_noise > self.quantile(0.75);
         let runs = self.unmet_runs.iter().filter(beyond);
@@ -74,7 +80,7 @@ impl SegmentErrors {
     }
 
     /// The upper quartile of the errors, or that of the lost segments of the run that is met worst where it is more, in units of the noise.
-    pub fn worst_over_noise(&self) -> f64 {
+    fn worst_over_noise(&self) -> f64 {
         let worst = self.worst_run();
         worst.map_or(self.quantile(0.75), |unmet| unmet.over_noise)
     }
@@ -139,23 +145,31 @@ pub(crate) fn unmet_runs(problem: &Problem, segments: &[usize], fit: &Fit) -> Ve
     }))
 }
 
-/// Runs of which more segments are lost than by chance, from each segment's run and error over the noise.
+/// Runs of which more segments are lost than by chance, from each segment's run and error over the noise; those that lose any, where that
+/// holds of all together.
 fn unmet(errors: impl Iterator<Item = (usize, f64)>) -> Vec<UnmetRun> {
     let mut of_runs: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (run, over_noise) in errors {
         of_runs.entry(run).or_default().push(over_noise);
     }
-    let judged = of_runs.into_iter().map(|(run, over_noise)| {
-        let mut lost: Vec<f64> = over_noise.iter().copied().filter(|e| *e > LOST).collect();
-        UnmetRun {
-            run,
-            lost: lost.len(),
-            judged: over_noise.len(),
-            over_noise: median(&mut lost),
-        }
-    });
+    let judged: Vec<UnmetRun> = of_runs
+        .into_iter()
+        .map(|(run, over_noise)| {
+            let mut lost: Vec<f64> = over_noise.iter().copied().filter(|e| *e > LOST).collect();
+            UnmetRun {
+                run,
+                lost: lost.len(),
+                judged: over_noise.len(),
+                over_noise: median(&mut lost),
+            }
+        })
+        .collect();
+    let is_unlikely = |lost: usize, judged: usize| lost_by_chance(lost, judged) < UNLIKELY;
+    let all = |count: fn(&UnmetRun) -> usize| judged.iter().map(count).sum();
+    let are_many = is_unlikely(all(|r| r.lost), all(|r| r.judged));
     judged
-        .filter(|r| lost_by_chance(r.lost, r.judged) < UNLIKELY)
+        .into_iter()
+        .filter(|r| r.lost > 0 && (are_many || is_unlikely(r.lost, r.judged)))
         .collect()
 }
 
@@ -406,15 +420,29 @@ mod tests {
     }
 
     #[test]
+    fn what_is_lost_in_many_runs_is_no_chance_though_it_may_be_in_each() {
+        let of_run = |run: usize| {
+            let errors = [vec![1.1; 10], vec![40.0; if run < 4 { 2 } else { 0 }]].concat();
+            errors.into_iter().map(move |e| (run, e))
+        };
+        assert!(unmet(of_run(0)).is_empty());
+        let runs: Vec<usize> = unmet((0..5).flat_map(of_run))
+            .iter()
+            .map(|r| r.run)
+            .collect();
+        assert_eq!(runs, [0, 1, 2, 3]);
+    }
+
+    #[test]
     fn what_is_lost_of_a_run_is_told() {
         let errors = [
             (0, 1.0),
             (2, 40.0),
-            (0, 50.0),
+            (0, 1.3),
             (2, 30.0),
             (2, 1.1),
             (0, 1.2),
-            (4, 90.0),
+            (4, 0.9),
         ];
         let found = UnmetRun {
             run: 2,
