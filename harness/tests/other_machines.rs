@@ -195,6 +195,8 @@ fn val_what_is_touched_at_resonance_alone_is_missing() {
     let found = said(&["diagnose", "."]);
     assert_eq!(found["verdict"], "unknown_effect", "{}", found["summary"]);
     assert_eq!(found["unknown"]["library_effect"], "term_stop");
+    let summary = found["summary"].as_str().unwrap();
+    assert!(!summary.contains("to the noise level too"), "{summary}");
     let stop = &found["residual"]["proposed_terms"][0]["parameters"];
     check_value(&stop["g"], 4e-3);
     check_value(&stop["k"], 3.0 * (TAU * 9.0).powi(2) * 1.2);

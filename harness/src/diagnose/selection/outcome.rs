@@ -170,7 +170,7 @@ pub(super) fn beyond(
     }
     let rival = std::iter::once(calibrated)
         .chain(singles)
-        .filter(|c| c.reaches_floor() && !has_library_effect(c))
+        .filter(|c| c.reaches_floor() && !c.leaves_runs() && !has_library_effect(c))
         .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior));
     Some(Beyond {
         rival: rival.map(|r| match r.choices.is_empty() {
