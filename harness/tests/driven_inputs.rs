@@ -271,7 +271,16 @@ fn finds_the_cubic_stiffness(column: &str, share: f64, [beam, run]: [&str; 2]) {
         "[beam]\nnatural_frequencies_hz = [{frequency}]\ndamping_ratios = [{ratio}]\nmass_kg = {mass}\n\
          tip_values = [1.0]\n{beam}[[run]]\nfile = \"shaken.csv\"\n{run}"
     );
-    std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
+    // What a mass on a spring has of a shaking clamp has to be stated, and only that.
+    for (text, asks) in [
+        (text.replace("clamp_shares = [1.0]\n", ""), !beam.is_empty()),
+        (text, false),
+    ] {
+        std::fs::write(folder.path().join("campaign.toml"), text).unwrap();
+        let output = stickslip(&["check", "."], folder.path());
+        let checked = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(checked.contains("state clamp_shares"), asks, "{checked}");
+    }
     let json = tried(folder.path(), &["cubic_stiffness"]);
     let step = &json["error_ladder"].as_array().unwrap()[2];
     let left = step["holdout_over_noise"].as_f64().unwrap();
