@@ -21,8 +21,12 @@ pub(crate) fn remarks(
     let mut out = problem.remarks.clone();
     let runs = &problem.campaign.runs;
     if !problem.held_out.iter().any(|h| *h) {
+        let (place, more) = match runs.iter().any(Run::is_pressed) {
+            true => ("at another belt speed or load", "operating points"),
+            false => ("in another motion", "runs"),
+        };
         out.push(format!(
-            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail at another belt speed or load stays open. Measure at least 3 operating points.",
+            "{} run(s): too few to keep any out, so every second shot was kept out instead; what would fail {place} stays open. Measure at least 3 {more}.",
             runs.len()
         ));
     }
