@@ -108,18 +108,21 @@ fn diagnosed(quadratic: f64, cubic: f64) -> Value {
         );
     }
     std::fs::write(folder.path().join("campaign.toml"), toml).unwrap();
+    said(folder.path(), &["diagnose", "."])
+}
+
+/// What a command says of the campaign in a folder.
+fn said(folder: &Path, arguments: &[&str]) -> Value {
     let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
-        .args(["diagnose", ".", "-o", "diagnosis"])
-        .current_dir(folder.path())
+        .args(arguments)
+        .args(["-o", "out"])
+        .current_dir(folder)
         .output()
         .unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{message}");
-    read(&folder.path().join("diagnosis/diagnosis.json"))
-}
-
-fn read(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    let text = std::fs::read_to_string(folder.join("out/diagnosis.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
 }
 
 fn check_value(parameter: &Value, hidden: f64) {
@@ -181,18 +184,7 @@ fn val_what_is_touched_at_resonance_alone_is_missing() {
         );
     }
     std::fs::write(folder.path().join("campaign.toml"), toml).unwrap();
-    let said = |arguments: &[&str]| -> Value {
-        let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
-            .args(arguments)
-            .args(["-o", "out"])
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{message}");
-        read(&folder.path().join("out/diagnosis.json"))
-    };
-    let found = said(&["diagnose", "."]);
+    let found = said(folder.path(), &["diagnose", "."]);
     assert_eq!(found["verdict"], "unknown_effect", "{}", found["summary"]);
     assert_eq!(found["unknown"]["library_effect"], "term_stop");
     let summary = found["summary"].as_str().unwrap();
@@ -201,7 +193,7 @@ fn val_what_is_touched_at_resonance_alone_is_missing() {
     check_value(&stop["g"], 4e-3);
     check_value(&stop["k"], 3.0 * (TAU * 9.0).powi(2) * 1.2);
     // The stop is touched in a quarter of the segments. Those that are met are no reason to name what does not touch it.
-    let other = said(&["try", ".", "--add", "cubic_stiffness"]);
+    let other = said(folder.path(), &["try", ".", "--add", "cubic_stiffness"]);
     assert_eq!(other["verdict"], "unknown_effect", "{}", other["summary"]);
     let summary = other["summary"].as_str().unwrap();
     assert!(summary.contains(" of 12 segments of "), "{summary}");

@@ -1,7 +1,7 @@
 //! What a shaking clamp is taken to do to a structure.
 
 use super::finding::{Finding, Severity};
-use crate::measurement::Campaign;
+use crate::measurement::{Campaign, Run};
 
 /// A warning for each run whose clamp shakes a structure with one mode of which it is not stated what the mode has of the tip's motion: it is
 /// taken for a cantilever, 1.566, and a mass on a spring has 1.
@@ -12,7 +12,7 @@ pub fn clamp(campaign: &Campaign) -> Vec<Finding> {
     }
     let shaken = campaign.runs.iter();
     let shaken = shaken.filter(|run| run.inputs.clamp_acceleration.acts());
-    let finding = |run: &crate::measurement::Run| {
+    let finding = |run: &Run| {
         Finding::of(
             Severity::Warning,
             "clamp_shares",

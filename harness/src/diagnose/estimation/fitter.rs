@@ -4,8 +4,8 @@
 //! sum of squares of a segment's n residuals and s the sensor noise; `r(x) = x` up to c = [`SURE`] and
 //! `c (1 + ln(x/c))` beyond: Gaussian while a segment's error may be the noise's, and with a variance of its
 //! own where it is more (Huber's idea with a logarithm); the fifth of the segments that fit worst has no say, unless
-//! the rest is met anyway: one segment that comes to graze a transition would else bar the way for all others. Objective of what is compared: the likelihood of
-//! [`likelihood`] with the same priors, no segment left out. Minimised by Levenberg-Marquardt on the equivalent weighted least
+//! the rest is met anyway: one segment that comes to graze a transition would else bar the way for all others. Objective of what is
+//! compared: the likelihood of [`likelihood`] with the same priors, no segment left out. Minimised by Levenberg-Marquardt on the equivalent weighted least
 //! squares; the start states of each segment are eliminated (Schur complement), so that the cost grows linearly with the
 //! number of segments, and fitted anew for the few segments that bar a step.
 

@@ -7,9 +7,7 @@ use crate::diagnose::estimation::likelihood::Likelihood;
 use crate::diagnose::model::hypothesis::Choice;
 use crate::diagnose::model::parameter::Parameter;
 use crate::diagnose::model::problem::Problem;
-use crate::diagnose::thresholds::{
-    CLAIMED, FLOOR_MEDIAN, FLOOR_QUARTILE, LOST, MOST_SPECTRAL_RATIO,
-};
+use crate::diagnose::thresholds::{CLAIMED, FLOOR_MEDIAN, FLOOR_QUARTILE, MOST_SPECTRAL_RATIO};
 use crate::diagnose::validation::prior_conflict::prior_conflict;
 use crate::diagnose::validation::segment_errors::SegmentErrors;
 use crate::diagnose::validation::{residual_whiteness, segment_errors};
@@ -153,7 +151,7 @@ impl FittedModel {
 
     /// Whether it is lost in a segment compared. The model that made the data is in hardly any.
     pub fn loses_segments(&self) -> bool {
-        self.fit.quantile(1.0) > LOST
+        self.fit.lost() > 0
     }
 
     /// Whether it meets most of the segments compared and loses more of a run than by chance.
