@@ -212,14 +212,14 @@ pub enum Error {
         /// The one most like it.
         nearest: Vec<String>,
     },
-    /// A CSV file's line is not a record of its table (wrong number of fields, not UTF-8, ...).
-    #[error("{}:{line}: {problem}; every line needs as many fields as the header", path.display())]
+    /// A CSV file's line is not a record of its table (wrong number of fields, a missing value of an input, ...).
+    #[error("{}:{line}: {problem}", path.display())]
     CsvRecord {
         /// The CSV file.
         path: PathBuf,
         /// Line, counted from 1.
         line: u64,
-        /// The reader's reason.
+        /// What is wrong, and what to do.
         problem: String,
     },
     /// A sample that is not a finite number.

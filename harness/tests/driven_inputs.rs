@@ -1,5 +1,8 @@
 //! Runs driven by inputs that were measured along with the displacement, through the commands.
 
+mod rig;
+
+use rig::runge_kutta;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -252,15 +255,7 @@ fn finds_the_cubic_stiffness(column: &str, share: f64, [beam, run]: [&str; 2]) {
         let y = state[0] + 2e-7 * noise(&mut random);
         let _ = writeln!(csv, "{t},{y},{}", share * shaking(t));
         for k in 0..100 {
-            let t = t + h * f64::from(k);
-            let moved = |by: f64, d: [f64; 2]| [state[0] + by * d[0], state[1] + by * d[1]];
-            let a = rates(t, state);
-            let b = rates(t + 0.5 * h, moved(0.5 * h, a));
-            let c = rates(t + 0.5 * h, moved(0.5 * h, b));
-            let d = rates(t + h, moved(h, c));
-            for j in 0..2 {
-                state[j] += h / 6.0 * (a[j] + 2.0 * b[j] + 2.0 * c[j] + d[j]);
-            }
+            state = runge_kutta::step(rates, t + h * f64::from(k), state, h);
         }
     }
     let folder = tempfile::tempdir().unwrap();

@@ -334,6 +334,22 @@ fn a_sensor_that_reads_something_else_is_named_before_any_work() {
 }
 
 #[test]
+fn a_check_sees_that_a_load_cell_reads_against_the_belt() {
+    for (factor, is_turned) in [(1.0, false), (-1.0, true)] {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), 0.1, SENSORS, factor);
+        let out = stickslip(&["check", "."], folder.path());
+        let said = String::from_utf8_lossy(&out.stdout);
+        assert_eq!(said.contains("load_cell_sign"), is_turned, "{said}");
+        assert_eq!(
+            said.contains("turn the sign of the scale of 'load cell'"),
+            is_turned,
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn an_empty_cell_is_no_reading_and_leaves_the_others() {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), 0.1, SENSORS, 1.0);

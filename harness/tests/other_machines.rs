@@ -1,5 +1,8 @@
 //! Diagnoses of machines that are no beam on a belt and of another size by decades.
 
+mod rig;
+
+use rig::runge_kutta;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -27,27 +30,21 @@ fn record(quadratic: f64, cubic: f64, random: &mut fastrand::Rng) -> Vec<(f64, f
         let of_line = |(f, phase): &(f64, f64)| (TAU * f * t + phase).sin();
         2.2e-3 * lines.iter().map(of_line).sum::<f64>()
     };
-    let rate = |(x, v): (f64, f64), f: f64| {
-        let restoring = SPRING * x + quadratic * x * x + cubic * x.powi(3);
-        (v, (f - DAMPER * v - restoring) / MASS)
-    };
-    let along = |(x, v): (f64, f64), (dx, dv): (f64, f64), h: f64| (x + h * dx, v + h * dv);
-    let mut state = (0.0, 0.0);
+    let mut state = [0.0, 0.0];
     let mut rows = Vec::new();
     for k in 0..SAMPLES {
         let (from, to) = (force(k), force(k + 1));
         let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
-        rows.push((state.0 + NOISE * radius * (TAU * random.f64()).cos(), from));
+        rows.push((state[0] + NOISE * radius * (TAU * random.f64()).cos(), from));
         let steps = 40;
         let h = 1.0 / (RATE * f64::from(steps));
+        let rates = |t: f64, [x, v]: [f64; 2]| {
+            let force = from + (to - from) * RATE * t;
+            let restoring = SPRING * x + quadratic * x * x + cubic * x.powi(3);
+            [v, (force - DAMPER * v - restoring) / MASS]
+        };
         for step in 0..steps {
-            let at = |part: f64| from + (to - from) * (f64::from(step) + part) / f64::from(steps);
-            let a = rate(state, at(0.0));
-            let b = rate(along(state, a, 0.5 * h), at(0.5));
-            let c = rate(along(state, b, 0.5 * h), at(0.5));
-            let d = rate(along(state, c, h), at(1.0));
-            let mean = |i: fn((f64, f64)) -> f64| (i(a) + 2.0 * i(b) + 2.0 * i(c) + i(d)) / 6.0;
-            state = along(state, (mean(|s| s.0), mean(|s| s.1)), h);
+            state = runge_kutta::step(rates, h * f64::from(step), state, h);
         }
     }
     rows
@@ -59,28 +56,22 @@ fn record(quadratic: f64, cubic: f64, random: &mut fastrand::Rng) -> Vec<(f64, f
 fn swept_against_a_stop(amplitude: f64, random: &mut fastrand::Rng) -> Vec<(f64, f64)> {
     let (mass, rate) = (1.2, TAU * 9.0);
     let force = |t: f64| amplitude * (TAU * (5.0 + 0.9 * t) * t).sin();
-    let slopes = |t: f64, (x, v): (f64, f64)| {
+    let rates = |t: f64, [x, v]: [f64; 2]| {
         let stop = 3.0 * rate * rate * (x - 4e-3).max(0.0);
-        (
+        [
             v,
             force(t) / mass - 0.03 * rate * v - rate * rate * x - stop,
-        )
+        ]
     };
-    let along = |(x, v): (f64, f64), (dx, dv): (f64, f64), h: f64| (x + h * dx, v + h * dv);
-    let (mut state, h) = ((0.0, 0.0), 1e-4);
+    let (mut state, h) = ([0.0, 0.0], 1e-4);
     let mut rows = Vec::new();
     for k in 0..4000 {
         let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();
         let noise = 4e-6 * radius * (TAU * random.f64()).cos();
-        rows.push((state.0 + noise, force(1e-3 * f64::from(k))));
+        rows.push((state[0] + noise, force(1e-3 * f64::from(k))));
         for step in 0..10 {
             let t = 1e-3 * f64::from(k) + h * f64::from(step);
-            let a = slopes(t, state);
-            let b = slopes(t + 0.5 * h, along(state, a, 0.5 * h));
-            let c = slopes(t + 0.5 * h, along(state, b, 0.5 * h));
-            let d = slopes(t + h, along(state, c, h));
-            let mean = |i: fn((f64, f64)) -> f64| (i(a) + 2.0 * i(b) + 2.0 * i(c) + i(d)) / 6.0;
-            state = along(state, (mean(|s| s.0), mean(|s| s.1)), h);
+            state = runge_kutta::step(rates, t, state, h);
         }
     }
     rows

@@ -2,16 +2,19 @@
 //!
 //! What a run says of itself ([`motion`]) is held against what is stated of it ([`examined`]): in
 //! stick the tip moves with the belt, friction balances the deflection, in slip the tip swings as
-//! its modes do. A value that can't be meant is an error, named with the mistake that would explain
+//! its modes do; without contact it answers a force as its modes do ([`response`]). A value that can't be meant is an error, named with the mistake that would explain
 //! it; deviations that rigs have are none ([`thresholds`]).
 
 mod clamp;
 mod examined;
 mod finding;
+mod free_swing;
 mod high_pass;
+mod load_cell;
 mod modes;
 pub mod motion;
 pub mod plateau;
+mod response;
 mod scale;
 mod signal;
 mod swapped;
@@ -40,6 +43,9 @@ pub struct Quality {
     /// Deflection where the sensor looks over that of the tip, if it looks elsewhere: all motions are those of the tip, by this share.
     #[serde(skip)]
     pub seen_share: Option<f64>,
+    /// Whether anything presses on the contact in some run; without that, belt, stick and friction say nothing.
+    #[serde(skip)]
+    pub is_pressed: bool,
     /// What there is to say, errors first.
     pub findings: Vec<Finding>,
 }
@@ -167,15 +173,21 @@ pub fn check(campaign: &Campaign) -> Quality {
         findings.extend(signal::signal(run, &campaign.beam, timed));
     }
     findings.extend(clamp::clamp(campaign));
+    for run in &campaign.runs {
+        findings.extend(load_cell::load_cell(run, &campaign.further_sensors));
+        findings.extend(response::response(run, &campaign.beam));
+    }
     findings.extend(swapped.into_iter().map(|(_, finding)| finding));
     if !scaled {
         findings.extend(modes);
+        findings.extend(free_swing::free_swing(campaign));
         findings.extend(zero::zero(&runs));
     }
     Quality {
         campaign: campaign.name.clone(),
         measurand: campaign.measurand(),
         seen_share,
+        is_pressed: campaign.runs.iter().any(Run::is_pressed),
         runs: runs
             .iter()
             .map(|run| RunQuality::of(run, &campaign.further_sensors))

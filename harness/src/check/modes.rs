@@ -27,6 +27,26 @@ const CONFUSED: [(f64, &str); 6] = [
 /// A factor is named if it leaves less than this factor.
 const NEAR: f64 = 1.35;
 
+/// The confusion that makes frequencies `ratio` times the stated ones, to a factor of `near`: the factor, and the confusion in words.
+pub fn confusion(ratio: f64, near: f64) -> Option<(f64, &'static str)> {
+    let fits = |(factor, _): &&(f64, &str)| (1.0 / near..near).contains(&(ratio / factor));
+    CONFUSED.iter().find(fits).copied()
+}
+
+/// What to do about frequencies that were confused so.
+pub fn remedy(near: Option<(f64, &str)>, stated: &[f64]) -> String {
+    match near {
+        Some((factor, what)) => {
+            let list: Vec<String> = stated.iter().map(|f| digits(factor * f)).collect();
+            format!(
+                "{what}: give natural_frequencies_hz = [{}]",
+                list.join(", ")
+            )
+        }
+        None => "check natural_frequencies_hz, and time_scale".to_owned(),
+    }
+}
+
 /// The finding on natural frequencies, if no motion can have them. Two signs must agree where two
 /// modes are stated: the frequency of the motion in slip, and a peak of the spectrum where the
 /// second mode should be instead.
@@ -40,10 +60,7 @@ pub fn modes(campaign: &Campaign, runs: &[Examined]) -> Option<Finding> {
         return None;
     }
     let stated = &campaign.beam.natural_frequencies_hz;
-    let near = CONFUSED.iter().find(|(factor, _)| {
-        let left = ratio / factor;
-        (1.0 / NEAR..NEAR).contains(&left)
-    });
+    let near = confusion(ratio, NEAR);
     let higher = second(&campaign.beam);
     let by_spectrum = match (near, higher) {
         (Some((factor, _)), Some(frequency)) => {
@@ -61,16 +78,7 @@ pub fn modes(campaign: &Campaign, runs: &[Examined]) -> Option<Finding> {
     } else {
         Severity::Warning
     };
-    let remedy = match near {
-        Some((factor, what)) => {
-            let list: Vec<String> = stated.iter().map(|f| digits(factor * f)).collect();
-            format!(
-                "{what}: give natural_frequencies_hz = [{}]",
-                list.join(", ")
-            )
-        }
-        None => "check natural_frequencies_hz, and time_scale".to_owned(),
-    };
+    let remedy = remedy(near, stated);
     let lowest = stated.iter().copied().fold(f64::INFINITY, f64::min);
     Some(Finding {
         severity,

@@ -6,8 +6,13 @@ use super::thresholds::{
     CLIPPED_ERROR, DRIFT, FAULTY_WARNING, JITTER, MISSING, NO_MOTION, SAMPLES_PER_FASTEST,
     SAMPLES_PER_PERIOD,
 };
-use crate::measurement::{BeamKnowledge, FaultKind, Measurand};
+use crate::measurement::{BeamKnowledge, FaultKind, Measurand, Run};
 use crate::metric::amplitude;
+
+/// Whether a run's samples are even and none is missing, so that it has a spectrum.
+pub fn is_even(run: &Run) -> bool {
+    run.sampling.gaps.is_empty() && run.sampling.jitter < JITTER
+}
 
 /// Findings on one run; `timed` tells whether its times can be trusted.
 pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding> {
@@ -70,7 +75,14 @@ pub fn signal(run: &Examined, beam: &BeamKnowledge, timed: bool) -> Vec<Finding>
                 id,
                 format!("{:.1} % of the samples are {what}", 100.0 * share),
                 "a motion within the range of the sensor".into(),
-                "they are left out; measure again with a larger range of sensor and recorder",
+                match severity {
+                    Severity::Error => {
+                        "measure again with a larger range of sensor and recorder; with --force they are left out"
+                    }
+                    Severity::Warning => {
+                        "they are left out; measure again with a larger range of sensor and recorder"
+                    }
+                },
             );
         }
     }

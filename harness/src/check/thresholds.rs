@@ -48,6 +48,30 @@ pub const REST_SHARE: f64 = 0.1;
 /// A natural frequency from the motion off by this factor from the stated one can't be meant: it is
 /// found to 15 %, and confusions err by 2 or `2 pi`.
 pub const FREQUENCY_FACTOR: f64 = 1.5;
+/// The frequency of a free swing is a confusion's if within this factor of it: the line of a record of [`FREE_SWINGS`] cycles is that narrow.
+pub const FREE_FREQUENCY: f64 = 1.1;
+/// Fewest cycles of a free swing for a frequency to a tenth.
+pub const FREE_SWINGS: usize = 10;
+/// A swing's line with its skirts lies within this factor, as far as a spring of a free swing hardens or softens.
+pub const SWINGS_BAND: f64 = 1.2;
+/// A stated frequency has a line of its own if that is this share of the highest: harmonics of a bent spring are smaller.
+pub const OWN_LINE: f64 = 0.1;
+/// Median amplitude of a line of white noise of standard deviation 1 over `sqrt(n)`: `4 sqrt(3/8)` of the Hann window, 0.83 of the
+/// Rayleigh distribution.
+pub const LINE_NOISE: f64 = 2.0;
+/// A line this many times that of noise is a signal's: noise reaches it once in 10^30 lines.
+pub const SEEN_LINE: f64 = 10.0;
+/// A response to the recorded drive that is this many times what was expected, or a share of it, is a warning: masses are stated to tens of
+/// percent, a stop or a strong spring changes a response by a factor of 2 to 3.
+pub const RESPONSE_OFF: f64 = 6.0;
+/// A response so many times too large is an error: only units err so far. One too small may be held by friction.
+pub const RESPONSE_FACTOR: f64 = 50.0;
+/// A line is driven from this share of the highest one on.
+pub const DRIVEN_LINES: f64 = 0.1;
+/// Fewest driven lines: the median of these feels no single resonance.
+pub const FEWEST_LINES: usize = 5;
+/// Least share of the drive that the window of a spectrum shows, over that of an even one: it hides a blow at the start and not what rings.
+pub const WINDOWED: f64 = 0.5;
 /// Fewest samples in a period of the lowest mode: below, not even its turning points are seen.
 pub const SAMPLES_PER_PERIOD: f64 = 4.0;
 /// Fewest samples in a period of any stated mode, for a warning: the sampling theorem asks for 2,

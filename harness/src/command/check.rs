@@ -1,12 +1,11 @@
 //! `stickslip check`: the quality of a campaign's data, as a page of text.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::data_quality::of_further;
-use super::given_campaign::{questionable, tell_how};
+use super::given_campaign::questionable;
 use crate::check::{Finding, Quality, RunQuality, Severity, check};
 use crate::error::Error;
 use crate::measurement::Campaign;
@@ -31,7 +30,6 @@ pub struct Checked {
     pub json: String,
     /// The page.
     pub text: String,
-    campaign: Campaign,
     /// The error of data that can't be meant.
     questionable: Option<Error>,
 }
@@ -42,7 +40,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if arguments.json {
         print_line(&found.json)?;
     } else {
-        found.campaign.runs.iter().for_each(tell_how);
         print(&found.text)?;
     }
     found.questionable.map_or(Ok(()), Err)
@@ -60,7 +57,6 @@ pub fn perform(arguments: &Arguments) -> Result<Checked, Error> {
         json: provenance.json(&quality),
         text: page(&quality),
         questionable: questionable(&quality, &arguments.campaign),
-        campaign,
     })
 }
 
@@ -70,28 +66,22 @@ fn page(quality: &Quality) -> String {
     let mut out = format!("Campaign '{}', {runs} runs\n\n", quality.campaign);
     let wide = quality.runs.iter().map(|run| run.name.len()).max();
     let wide = wide.unwrap_or(0).max(3);
-    let _ = writeln!(
-        out,
-        "{:<wide$} {:>8} {:>9} {:>9} {:>9} {:>10} {:>10} {:>6} {:>9}",
-        "run", "samples", "rate", "range", "noise", "belt", "in stick", "stick", "friction"
-    );
-    let _ = writeln!(
-        out,
-        "{:<wide$} {:>8} {:>9} {:>9} {:>9} {:>10} {:>10} {:>6} {:>9}",
-        "",
-        "",
-        "Hz",
-        "m",
-        quality.measurand.unit(),
-        "m/s",
-        "m/s",
-        "%",
-        "mean"
-    );
+    let columns = columns(quality);
+    let line = |first: &str, cells: &dyn Fn(&Column) -> String| {
+        let rest = columns.iter().map(|c| format!(" {:>1$}", cells(c), c.wide));
+        format!("{first:<wide$}{}\n", rest.collect::<String>())
+    };
+    out += &line("run", &|column| column.title.to_owned());
+    out += &line("", &|column| column.unit.to_owned());
     for run in &quality.runs {
-        out += &row(run, wide);
+        out += &line(&run.name, &|column| (column.cell)(run));
     }
     out.push('\n');
+    for run in &quality.runs {
+        if let Some(understood) = &run.understood {
+            out += &format!("{}: {understood}\n", run.name);
+        }
+    }
     for line in quality.runs.iter().flat_map(of_further) {
         out += &format!("{line}\n");
     }
@@ -108,23 +98,52 @@ fn page(quality: &Quality) -> String {
     out
 }
 
-fn row(run: &RunQuality, wide: usize) -> String {
-    let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.3}"));
-    let stick = run
-        .stick_speed_m_per_s
-        .map_or("-".to_owned(), |v| format!("{v:.4}"));
-    format!(
-        "{:<wide$} {:>8} {:>9.0} {:>9.2e} {:>9.1e} {:>10} {:>10} {:>6.0} {:>9}\n",
-        run.name,
-        run.samples,
-        run.sample_rate_hz,
-        run.range_m,
-        run.noise_std.value(),
-        run.belt_velocity_m_per_s,
-        stick,
-        100.0 * run.stick_share,
-        or_dash(run.mean_friction),
-    )
+/// A column of the table of runs.
+struct Column {
+    title: &'static str,
+    unit: &'static str,
+    wide: usize,
+    cell: fn(&RunQuality) -> String,
+}
+
+/// The columns: those on contact where there is any.
+fn columns(quality: &Quality) -> Vec<Column> {
+    let column = |title, unit, wide, cell| Column {
+        title,
+        unit,
+        wide,
+        cell,
+    };
+    let noise = quality.measurand.unit();
+    let mut columns = vec![
+        column("samples", "", 8, |run| run.samples.to_string()),
+        column("rate", "Hz", 9, |run| format!("{:.0}", run.sample_rate_hz)),
+        column("range", "m", 9, |run| format!("{:.2e}", run.range_m)),
+        column("noise", noise, 9, |run| {
+            format!("{:.1e}", run.noise_std.value())
+        }),
+    ];
+    if quality.is_pressed {
+        columns.extend([
+            column("belt", "m/s", 10, |run| {
+                run.belt_velocity_m_per_s.to_string()
+            }),
+            column("in stick", "m/s", 10, |run| {
+                or_dash(run.stick_speed_m_per_s, 4)
+            }),
+            column("stick", "%", 6, |run| {
+                let seen = run.stick_speed_m_per_s;
+                or_dash(seen.map(|_| 100.0 * run.stick_share), 0)
+            }),
+            column("friction", "mean", 9, |run| or_dash(run.mean_friction, 3)),
+        ]);
+    }
+    columns
+}
+
+/// A value, or a dash for what these data do not show.
+fn or_dash(value: Option<f64>, places: usize) -> String {
+    value.map_or("-".to_owned(), |v| format!("{v:.places$}"))
 }
 
 fn paragraph(finding: &Finding) -> String {

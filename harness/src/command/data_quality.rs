@@ -73,39 +73,53 @@ fn sentence(quality: &Quality) -> String {
         ),
     };
     let elsewhere = quality.elsewhere();
-    format!(
-        "{said} {elsewhere}In stick the contact moves with the belt; mean friction is the mean deflection times the static stiffness over the normal \
-         force. A dash: not seen in these data."
-    )
+    let contact = match quality.is_pressed {
+        true => {
+            "In stick the contact moves with the belt; mean friction is the mean deflection times the static stiffness over the normal force. A \
+             dash: not seen in these data."
+        }
+        false => "",
+    };
+    format!("{said} {elsewhere}{contact}")
 }
 
 fn runs(quality: &Quality) -> Table {
     let unit = quality.measurand.unit();
-    let header = [
+    let mut header = vec![
         "run",
         "samples",
         "rate",
         "range of the displacement",
         "noise (standard deviation)",
+    ];
+    let of_contact = [
         "belt stated",
         "belt seen in stick",
         "time in stick",
         "mean friction",
     ];
+    if quality.is_pressed {
+        header.extend(of_contact);
+    }
     let dash = |value: Option<String>| Cell::Number(value.unwrap_or("–".into()));
     let row = |run: &RunQuality| {
         let seen = run.stick_speed_m_per_s;
-        vec![
+        let mut cells = vec![
             Cell::Text(run.name.clone()),
             Cell::Number(run.samples.to_string()),
             Cell::Number(with_unit(run.sample_rate_hz, "Hz")),
             Cell::Number(with_unit(run.range_m, "m")),
             Cell::Number(with_unit(run.noise_std.value(), unit)),
-            Cell::Number(format!("{} m/s", number(run.belt_velocity_m_per_s, 4))),
-            dash(seen.map(|v| format!("{} m/s", number(v, 4)))),
-            dash(seen.map(|_| format!("{:.0} %", 100.0 * run.stick_share))),
-            dash(run.mean_friction.map(|mu| number(mu, 3))),
-        ]
+        ];
+        if quality.is_pressed {
+            cells.extend([
+                Cell::Number(format!("{} m/s", number(run.belt_velocity_m_per_s, 4))),
+                dash(seen.map(|v| format!("{} m/s", number(v, 4)))),
+                dash(seen.map(|_| format!("{:.0} %", 100.0 * run.stick_share))),
+                dash(run.mean_friction.map(|mu| number(mu, 3))),
+            ]);
+        }
+        cells
     };
     let rows = quality.runs.iter().map(row);
     rows.fold(Table::new(&header), Table::row)
@@ -152,6 +166,7 @@ mod tests {
             runs: vec![run],
             measurand: Measurand::Velocity,
             seen_share: None,
+            is_pressed: true,
             findings: vec![finding],
         };
         let html = of(Page::new("Report", ""), &quality).html();

@@ -127,6 +127,31 @@ fn messages_of_csv_files() {
 }
 
 #[test]
+fn a_unit_that_is_not_known_is_refused_without_a_scale() {
+    let csv = |unit: &str| good_csv().replacen("tip_displacement_m", &format!("w [{unit}]"), 1);
+    let stated = |more: &str| format!("[channels]\ndisplacement_column = \"w\"\n{more}{CAMPAIGN}");
+    let column = stated("").replace("\"w\"", "\"w [stone]\"");
+    let refused = message(&column, &csv("stone"));
+    assert!(
+        refused.contains("stone, a unit that is not known")
+            && refused.contains("displacement_scale"),
+        "{refused}"
+    );
+    let scaled = column.replace("]\"\n", "]\"\ndisplacement_scale = 0.5\n");
+    let known = load(CAMPAIGN, &good_csv()).unwrap().runs[0]
+        .measured
+        .clone();
+    let read = load(&scaled, &csv("stone")).unwrap().runs[0]
+        .measured
+        .clone();
+    assert_eq!(read, known.iter().map(|w| 0.5 * w).collect::<Vec<_>>());
+    let read = load(&stated(""), &csv("\u{b5}m")).unwrap().runs[0]
+        .measured
+        .clone();
+    assert_eq!(read, known.iter().map(|w| 1e-6 * w).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_high_pass_is_undone_where_it_is_positive_and_nothing_is_missing() {
     let stated = |corner: &str| format!("[sensor]\nhigh_pass_hz = {corner}\n{CAMPAIGN}");
     let wrong = message(&stated("-0.5"), &good_csv());

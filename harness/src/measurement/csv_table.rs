@@ -475,23 +475,32 @@ impl Choice<'_> {
         if let Some(scale) = stated {
             return Ok(scale);
         }
-        let Some(unit) = name.unit else {
-            return Ok(1.0);
-        };
-        if unit.quantity != wanted.quantity {
-            return Err(Error::ColumnQuantity {
+        let refused = |problem: String| {
+            Err(Error::ColumnQuantity {
                 path: self.path.to_owned(),
                 line: self.table.header_line,
                 column: name.full.clone(),
-                problem: format!(
-                    "{}, {}, where {} is needed",
-                    unit.symbol,
-                    unit.quantity.words(),
-                    wanted.quantity.words()
-                ),
+                problem,
                 key: wanted.key,
                 scale_key: wanted.scale_key,
-            });
+            })
+        };
+        let Some(unit) = name.unit else {
+            return match &name.strange {
+                Some(text) => refused(format!(
+                    "{text}, a unit that is not known, where {} is needed",
+                    wanted.quantity.words()
+                )),
+                None => Ok(1.0),
+            };
+        };
+        if unit.quantity != wanted.quantity {
+            return refused(format!(
+                "{}, {}, where {} is needed",
+                unit.symbol,
+                unit.quantity.words(),
+                wanted.quantity.words()
+            ));
         }
         if unit.factor != 1.0 {
             let (full, symbol) = (&name.full, unit.symbol);

@@ -48,6 +48,7 @@ impl Header {
                 let with_unit = |(title, cell): (&String, &String)| {
                     let mut name = Name::read(title);
                     name.unit = name.unit.or_else(|| unit::of_cell(cell));
+                    name.strange = name.strange.filter(|_| name.unit.is_none());
                     name
                 };
                 Header {

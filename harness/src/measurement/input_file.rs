@@ -37,6 +37,16 @@ pub fn read_inputs(
     })?;
     let lines: Vec<u64> = table.lines().collect();
     let column = |at: usize| -> Result<Vec<f64>, Error> {
+        if let Some(text) = &names[at].strange {
+            return Err(Error::CsvRecord {
+                path: path.to_owned(),
+                line: table.header_line,
+                problem: format!(
+                    "'{}' is in {text}, a unit that is not known; write it in SI units and name that unit, or drop the brackets",
+                    names[at].full
+                ),
+            });
+        }
         let [mut values] = table.columns([at])?;
         if let Some(row) = values.iter().position(|v| v.is_nan()) {
             return Err(Error::CsvRecord {

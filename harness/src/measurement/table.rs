@@ -33,6 +33,9 @@ pub(super) struct Table {
 /// Lines between two blocks of rows that may be broken rows; more is another table.
 const BROKEN: usize = 3;
 
+/// What a table's lines must have in common.
+const ALIKE: &str = "; every line needs as many fields as the header";
+
 impl Table {
     /// Reads a file. Lines that begin with `#`, `%`, `//` or `;` are comments. The table is the
     /// longest block of rows of numbers with the same number of fields; what stands above it is
@@ -121,7 +124,7 @@ impl Table {
                 path: self.path.clone(),
                 line,
                 problem: format!(
-                    "{found} names above rows of {} fields; name each column",
+                    "{found} names above rows of {} fields; name each column{ALIKE}",
                     self.names.len()
                 ),
             },
@@ -231,7 +234,7 @@ impl Table {
         Error::CsvRecord {
             path: self.path.clone(),
             line,
-            problem: format!("{found} fields where {whole} {expected}{reason}"),
+            problem: format!("{found} fields where {whole} {expected}{reason}{ALIKE}"),
         }
     }
 }

@@ -5,6 +5,7 @@
 #![allow(dead_code)]
 
 pub mod campaign;
+pub mod runge_kutta;
 
 /// Modal data, friction law and operating point.
 #[derive(Clone)]

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// The files.
-pub const FILES: [&str; 38] = [
+pub const FILES: [&str; 40] = [
     include_str!("library/ac_coupling.toml"),
     include_str!("library/asymmetric_damping.toml"),
     include_str!("library/asymmetric_stiffness.toml"),
@@ -36,6 +36,7 @@ pub const FILES: [&str; 38] = [
     include_str!("library/quadratic_stiffness.toml"),
     include_str!("library/rate_and_state_ageing.toml"),
     include_str!("library/rate_and_state_slip.toml"),
+    include_str!("library/runout.toml"),
     include_str!("library/sensor_cubic.toml"),
     include_str!("library/sensor_curvature.toml"),
     include_str!("library/sensor_drift.toml"),
@@ -45,6 +46,7 @@ pub const FILES: [&str; 38] = [
     include_str!("library/stop.toml"),
     include_str!("library/structural_hysteresis.toml"),
     include_str!("library/two_stops.toml"),
+    include_str!("library/uneven_belt.toml"),
     include_str!("library/vibration_absorber.toml"),
     include_str!("library/wear.toml"),
 ];

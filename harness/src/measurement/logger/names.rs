@@ -5,34 +5,6 @@ use std::collections::HashMap;
 use super::super::unit::{self, Name, Unit};
 use super::Channel;
 
-/// Spellings that headers of tables rarely have and properties of loggers have.
-const SPELLINGS: [(&str, &str); 24] = [
-    ("meter", "m"),
-    ("meters", "m"),
-    ("metre", "m"),
-    ("metres", "m"),
-    ("millimeter", "mm"),
-    ("millimeters", "mm"),
-    ("millimetre", "mm"),
-    ("millimetres", "mm"),
-    ("micrometer", "um"),
-    ("micrometers", "um"),
-    ("micrometre", "um"),
-    ("micrometres", "um"),
-    ("microns", "micron"),
-    ("in", "inch"),
-    ("inches", "inch"),
-    ("millisecond", "ms"),
-    ("milliseconds", "ms"),
-    ("microseconds", "us"),
-    ("newton", "N"),
-    ("newtons", "N"),
-    ("kilonewton", "kN"),
-    ("m/s/s", "m/s^2"),
-    ("gn", "g"),
-    ("volts dc", "V"),
-];
-
 /// Words for no unit at all.
 const NONE: [&str; 8] = ["", "none", "null", "n/a", "-", "unknown", "arb", "a.u."];
 
@@ -49,8 +21,11 @@ pub fn unit_of(text: &str) -> (Option<Unit>, Option<String>) {
 }
 
 pub fn find(text: &str) -> Option<Unit> {
-    let spelling = SPELLINGS.iter().find(|s| s.0.eq_ignore_ascii_case(text));
-    unit::find(spelling.map_or(text, |s| s.1))
+    let text = match text.eq_ignore_ascii_case("volts dc") {
+        true => "V",
+        false => text,
+    };
+    unit::find(text)
 }
 
 /// What a unit measures that the table of units has not, in words.
@@ -72,10 +47,7 @@ pub fn strange_quantity(text: &str) -> Option<&'static str> {
     if is(&["pa", "kpa", "mpa", "bar", "psi"]) {
         return Some("a pressure or stress");
     }
-    if is(&["m/s", "cm/s", "in/s", "ips"]) {
-        return Some("a velocity");
-    }
-    is(&["cm/s^2", "in/s^2", "mg", "grms"]).then_some("an acceleration")
+    is(&["grms"]).then_some("an acceleration")
 }
 
 /// A name with a unit in it: its name, its unit.
