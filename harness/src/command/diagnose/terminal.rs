@@ -77,10 +77,12 @@ pub fn terminal(diagnosis: &Diagnosis) -> String {
         "candidates, best first", "gain", "probability", "fit/noise"
     );
     for candidate in diagnosis.candidates.iter().take(8) {
-        let fitted = match candidate.passed_over {
-            true => format!("{} (first look)", candidate.id),
-            false => candidate.id.clone(),
+        let mark = match (candidate.refuted, candidate.passed_over) {
+            (true, _) => " (refuted)",
+            (false, true) => " (first look)",
+            (false, false) => "",
         };
+        let fitted = format!("{}{mark}", candidate.id);
         let _ = writeln!(
             out,
             "{:<48} {:>10.1} {:>12} {:>10.2}",

@@ -25,6 +25,7 @@ pub fn section(page: Page, material: &Material) -> Page {
         "Every candidate is fitted together with all nuisances (frequencies, damping, mass, friction law, friction level and offset of each run, start states). \
          Its gain is that of the evidence (natural logarithm, nats) over the calibrated model: how much better the data fit, less the price of all that it may choose. \
          A first look ends after a few steps, since others came nearer to the data. \
+         What is refuted gains on the segments compared, and fails on all of the runs fitted: a run is not met, what remains is far from white, or the structure is bent. \
          A gain of {:.1} makes up for the prior odds of one kind among all; a name is given only if the error also comes down to the noise.",
         material.selection.threshold
     ));
@@ -80,6 +81,7 @@ fn label(material: &Material, model: &FittedModel) -> String {
     let marks: Vec<String> = settings
         .into_iter()
         .chain(model.is_passed_over.then(|| "first look".to_owned()))
+        .chain(model.is_refuted.then(|| "refuted".to_owned()))
         .collect();
     let name = name(material.problem, &model.choices);
     if marks.is_empty() {

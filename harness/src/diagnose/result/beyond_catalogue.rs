@@ -188,6 +188,7 @@ pub fn argument_in_words(argument: &str) -> &'static str {
         "low_passed_power" => "the friction power",
         "friction_force" => "the friction force",
         "slip_distance" => "the distance slid",
+        "place" => "the place along the belt",
         "constant" => "nothing, a constant",
         _ => "the deflection",
     }

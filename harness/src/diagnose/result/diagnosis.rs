@@ -127,6 +127,10 @@ pub struct Standing {
     /// Whether the search passed it over after a few steps, since others had come nearer to the data: it might come somewhat nearer too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub passed_over: bool,
+    /// Whether all segments of the runs fitted showed it to be wrong, however much it gains on those compared: a run is not met, more segments
+    /// are lost than by chance, what remains is far from white, or the structure is bent.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub refuted: bool,
     /// Strength at which it would be named with even odds, in the unit of the parameter that switches it on; where a score test tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_limit: Option<f64>,

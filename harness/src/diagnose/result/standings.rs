@@ -102,6 +102,7 @@ pub(super) fn standings(problem: &Problem, selection: &Selection) -> Vec<Standin
             .collect(),
         fitted: true,
         passed_over: c.is_passed_over,
+        refuted: c.is_refuted,
         detection_limit: None,
     });
     let not_fitted = selection.tested.iter().zip(of_tested);
@@ -121,6 +122,7 @@ pub(super) fn standings(problem: &Problem, selection: &Selection) -> Vec<Standin
             parameters: BTreeMap::new(),
             fitted: false,
             passed_over: false,
+            refuted: false,
             detection_limit: t.detection_limit,
         })
     });
