@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::finding::{Finding, Severity, digits};
 use super::modes::{confusion, remedy};
-use super::signal::is_even;
+use super::signal::{is_even, line_noise};
 use super::thresholds::{
-    FREE_FREQUENCY, FREE_SWINGS, FREQUENCY_FACTOR, LINE_NOISE, OWN_LINE, SEEN_LINE, SWINGS_BAND,
+    FREE_FREQUENCY, FREE_SWINGS, FREQUENCY_FACTOR, OWN_LINE, SEEN_LINE, SWINGS_BAND,
 };
 use crate::measurement::{Campaign, Measurand, Run};
 use crate::metric::{median, spectrum};
@@ -70,7 +70,7 @@ fn frequency(run: &Run, stated: &[f64]) -> Option<f64> {
         Measurand::Velocity => 1,
         Measurand::Acceleration => 2,
     };
-    let noise = SEEN_LINE * LINE_NOISE * run.noise.std / (run.measured.len() as f64).sqrt();
+    let noise = SEEN_LINE * line_noise(run);
     // As displacements, else a higher mode rules what an accelerometer reads; lines of a few cycles are drift.
     let lines = spectrum.frequency.iter().zip(&spectrum.amplitude);
     let lines: Vec<(f64, f64)> = lines

@@ -15,9 +15,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::finding::{Finding, Severity, digits};
-use super::signal::is_even;
+use super::signal::{is_even, line_noise};
 use super::thresholds::{
-    DRIVEN_LINES, FEWEST_LINES, LINE_NOISE, RESPONSE_FACTOR, RESPONSE_OFF, SEEN_LINE, WINDOWED,
+    DRIVEN_LINES, FEWEST_LINES, RESPONSE_FACTOR, RESPONSE_OFF, SEEN_LINE, WINDOWED,
 };
 use crate::measurement::{BeamKnowledge, Measurand, Run};
 use crate::metric::{median, spectrum};
@@ -90,7 +90,7 @@ fn ratio(run: &Run, beam: &BeamKnowledge) -> Option<f64> {
     };
     let interval = run.sample_interval();
     let (driven, seen) = (spectrum(values, interval), spectrum(&read, interval));
-    let noise = LINE_NOISE * run.noise.std / (run.time.len() as f64).sqrt();
+    let noise = line_noise(run);
     // The first lines are of the window and of what is constant.
     let largest = driven.amplitude.iter().skip(3).copied().reduce(f64::max)?;
     let lines = driven.frequency.iter().zip(&driven.amplitude);

@@ -3,8 +3,8 @@
 use super::examined::Examined;
 use super::finding::{Finding, Severity, digits};
 use super::thresholds::{
-    CLIPPED_ERROR, DRIFT, FAULTY_WARNING, JITTER, MISSING, NO_MOTION, SAMPLES_PER_FASTEST,
-    SAMPLES_PER_PERIOD,
+    CLIPPED_ERROR, DRIFT, FAULTY_WARNING, JITTER, LINE_NOISE, MISSING, NO_MOTION,
+    SAMPLES_PER_FASTEST, SAMPLES_PER_PERIOD,
 };
 use crate::measurement::{BeamKnowledge, FaultKind, Measurand, Run};
 use crate::metric::amplitude;
@@ -12,6 +12,11 @@ use crate::metric::amplitude;
 /// Whether a run's samples are even and none is missing, so that it has a spectrum.
 pub fn is_even(run: &Run) -> bool {
     run.sampling.gaps.is_empty() && run.sampling.jitter < JITTER
+}
+
+/// Median amplitude that a run's noise has in a line of its spectrum, in the unit of what was measured.
+pub fn line_noise(run: &Run) -> f64 {
+    LINE_NOISE * run.noise.std / (run.measured.len() as f64).sqrt()
 }
 
 /// Findings on one run; `timed` tells whether its times can be trusted.
